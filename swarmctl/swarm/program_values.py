@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from swarmctl.plugins import MIDDLEWARES
 from swarmctl.robot_types.placeholders import Loc, texts_in
 from swarmctl.spec import program_model as declared_program
 from swarmctl.swarm import names
-from swarmctl.swarm.resolved import Program, Swarm
+from swarmctl.swarm.resolved import Host, Program, Swarm
 
 #: Every placeholder with its meaning.
 PLACEHOLDERS: Mapping[str, str] = {
@@ -15,7 +16,7 @@ PLACEHOLDERS: Mapping[str, str] = {
     "program": "the program's name",
     "host": "its host",
     "address": "the address of its host",
-    "master_uri": "the URI of its ROS master",
+    "master_uri": "the URI of its ROS master; not with ROS 2, which has none",
     "namespace": "its ROS namespace, without the leading slash; empty if it has none",
     "robot": "its robot; only of a program with `robot`",
     "files": "the folder of its `files` on the host",
@@ -37,13 +38,19 @@ def values_of(swarm: Swarm, program: Program) -> Mapping[str, str]:
         "program": program.name,
         "host": host.name,
         "address": host.address,
-        "master_uri": swarm.master_uri(swarm.island_of(host.name)),
+        **_master(swarm, host),
         "namespace": program.namespace[1:],
         "files": files_folder(swarm.name, program.name),
         "secrets": secrets_folder(swarm.name, program.name),
     }
     robot = program.declared.robot
     return {**found, "robot": robot} if robot is not None else found
+
+
+def _master(swarm: Swarm, host: Host) -> Mapping[str, str]:
+    if "master" not in MIDDLEWARES.get(swarm.distro).capabilities:
+        return {}
+    return {"master_uri": swarm.master_uri(swarm.island_of(host.name))}
 
 
 def template_values(swarm: Swarm, program: Program) -> Mapping[str, object]:

@@ -146,11 +146,23 @@ def test_a_publisher_is_not_authorised_by_its_host(tmp_path: Path) -> None:
     assert "AUTH004" not in codes(findings(tmp_path, "distro: noetic", more))
 
 
-@pytest.mark.parametrize("provider", ["", "multimaster: {provider: static, sync_hosts: [laptop]}\n"])
+TOPICS = "topics: [{topic: /k3/odom, to: [laptop]}, {topic: /k3/odomm, to: [laptop]}]"
+
+
+@pytest.mark.parametrize(
+    "provider",
+    [
+        "",
+        "multimaster: {provider: static, sync_hosts: [laptop]}\n",
+        f"multimaster: {{{TOPICS}}}\n",
+    ],
+    ids=["none", "of masters", "topics"],
+)
 def test_islands_that_nothing_joins_have_one_error(tmp_path: Path, provider: str) -> None:
     """A provider of ROS 1 joins masters; its own rules have nothing to add."""
     spec = tmp_path / "swarm.yaml"
     text = PAIR.replace("{ROS}", "{distro: kilted}").replace("mode: central\nhub: laptop", "mode: standalone")
+    text = text.replace("k3-pi]}", "k3-pi], client_isolation: true}")
     spec.write_text(text + provider, "utf-8")
     assert [one.code for one in load_swarm(spec)[1]] == ["MODE017"]
 
@@ -208,6 +220,18 @@ def test_a_port_of_a_master_has_no_effect(tmp_path: Path) -> None:
 def test_what_no_launch_file_takes_is_an_error(tmp_path: Path, program: str, rule: str) -> None:
     found = findings(tmp_path, "distro: kilted", f"programs: {{p: {program}}}\n")
     assert codes(found) == {rule}
+
+
+def test_a_template_has_no_uri_of_a_master(tmp_path: Path) -> None:
+    (tmp_path / "site.j2").write_text("{{ master_uri }}", "utf-8")
+    program = "programs: {p: {host: laptop, command: [p], files: {site.txt: {template: site.j2}}}}\n"
+    assert codes(findings(tmp_path, "distro: kilted", program)) == {"PROG030"}
+    assert codes(findings(tmp_path, "distro: noetic", program)) == set()
+
+
+def test_words_of_an_executable_pass_as_they_stand(tmp_path: Path) -> None:
+    program = "{host: laptop, package: p, executable: p, args: [$(env MAP)], environment: {A: $(b)}}"
+    assert "PROG016" not in codes(findings(tmp_path, "distro: kilted", f"programs: {{p: {program}}}\n"))
 
 
 def test_rosserial_python_is_of_ros_1(tmp_path: Path) -> None:
