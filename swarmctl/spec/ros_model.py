@@ -15,7 +15,7 @@ Method = Literal["server", "peers", "multicast", "local", "zenoh"]
 
 #: How nodes can find each other with each rmw, what they do by default first.
 METHODS: Mapping[Rmw, tuple[Method, ...]] = {
-    "fastrtps": ("server", "peers", "multicast", "local"),
+    "fastrtps": ("peers", "server", "multicast", "local"),
     "cyclonedds": ("peers", "multicast", "local"),
     "zenoh": ("zenoh",),
 }
@@ -55,14 +55,14 @@ class Ros(Model):
         None,
         description="How nodes of ROS 2 find each other: by a discovery `server` (fastrtps) or a `zenoh` "
         "router, as `peers` that know the addresses of all hosts, by `multicast`, or only on their own host "
-        "(`local`). By default `local` in mode single-minded, else `server`, for cyclonedds `peers`; for "
-        "zenoh always `zenoh`.",
+        "(`local`). By default `server` where `servers` are named, `local` in mode single-minded, else "
+        "`peers`; for zenoh always `zenoh`.",
     )
     servers: tuple[HostName, ...] = Field(
         (),
         examples=[["koala-laptop", "k3-pi"]],
-        description="Hosts that run a discovery server or a Zenoh router of ROS 2; the hub by default. With "
-        "two, nodes find each other while one of them is down.",
+        description="Hosts that run a discovery server or a Zenoh router of ROS 2; the hub by default, if "
+        "there is one. With two, nodes find each other while one of them is down.",
     )
     naming: Literal["address", "hosts"] = Field(
         "address",
@@ -89,7 +89,12 @@ class Ros(Model):
                 f"write {' or '.join(f'`{one}`' for one in METHODS[rmw])}, or another `rmw`",
                 "discovery",
             )
-        elif self.servers and (self.discovery or METHODS[rmw][0]) not in SERVED:
-            yield ConsistencyError(
-                f"discovery `{self.discovery or METHODS[rmw][0]}` has no servers; remove `servers`", "servers"
-            )
+        elif self.servers and self.method not in SERVED:
+            yield ConsistencyError(f"discovery `{self.method}` has no servers; remove `servers`", "servers")
+
+    @property
+    def method(self) -> Method:
+        """How nodes find each other in an island on several hosts."""
+        usual = METHODS[self.rmw or "fastrtps"]
+        served = next((one for one in usual if one in SERVED), usual[0]) if self.servers else usual[0]
+        return self.discovery or served

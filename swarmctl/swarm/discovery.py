@@ -27,10 +27,9 @@ class Discovery:
 def discovery_of(ros: Ros, mode: Mode, hub: str, hosts: Sequence[str], domain: int) -> Discovery:
     """Returns how the nodes on ``hosts`` find each other, in an island that works in ``mode``."""
     rmw = ros.rmw or "fastrtps"
-    usual = METHODS[rmw][0]
-    if mode is Mode.SINGLE_MINDED and "local" in METHODS[rmw] and not ros.servers:
-        usual = "local"
-    method = ros.discovery or usual
+    method = ros.method
+    if mode is Mode.SINGLE_MINDED and "local" in METHODS[rmw] and not ros.servers and not ros.discovery:
+        method = "local"
     named = tuple(one for one in dict.fromkeys(ros.servers) if one in hosts)
     return Discovery(rmw, method, (named or (hub,)) if method in SERVED else (), domain)
 

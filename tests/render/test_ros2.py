@@ -6,7 +6,7 @@ import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -15,7 +15,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.linter.context import RuleContext
-from swarmctl.plugins import MIDDLEWARES
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.quoting import render
@@ -27,7 +26,6 @@ from tests.loading import load_swarm
 from tests.render.rendered import text_of
 
 SPECS, GOLDEN = ROOT / "tests/render/ros2", ROOT / "tests/render/golden/ros2"
-DISTROS = ("humble", "jazzy", "kilted")
 #: What a release of ROS 1 has as well.
 ALIKE = re.compile(
     r"(drivers|gate|teleop|firmware|urdf|udev|chrony|hosts|network)/|bin/[a-z-]*-[a-z-]*$"
@@ -35,15 +33,6 @@ ALIKE = re.compile(
 )
 #: What depends on how nodes find each other.
 OF_DISCOVERY = re.compile(r"env/|setup\.bash$|units/.*\.discovery\.service$")
-
-
-@pytest.fixture(autouse=True)
-def known() -> Iterator[None]:
-    for name in DISTROS:
-        MIDDLEWARES.register(name, getattr(distros, name.upper()))
-    yield
-    for name in DISTROS:
-        MIDDLEWARES.unregister(name)
 
 
 def swarm_of(folder: Path, name: str, ros: str = "", mode: str = "") -> Swarm:
@@ -65,8 +54,8 @@ CASES = {
     "central": ("central", "", ""),
     "single-minded": ("single-minded", "", ""),
     "single-minded-jazzy": ("single-minded", "distro: jazzy", ""),
-    "leader": ("central", "distro: jazzy, domain: 42", "leader"),
-    "humble": ("central", "distro: humble", ""),
+    "leader": ("central", "distro: jazzy, domain: 42, discovery: server", "leader"),
+    "humble": ("central", "distro: humble, discovery: server", ""),
     "humble-peers": ("central", "distro: humble, discovery: peers", ""),
     "jazzy-peers": ("central", "distro: jazzy, discovery: peers", ""),
     "peers": ("central", "distro: kilted, discovery: peers", ""),
@@ -139,7 +128,11 @@ def test_systemd_finds_nothing_wrong_with_the_units(tmp_path: Path) -> None:
 
 
 def test_xml_files_are_xml(tmp_path: Path) -> None:
-    for ros in ("distro: humble", "distro: humble, discovery: peers", "distro: jazzy, rmw: cyclonedds"):
+    for ros in (
+        "distro: humble, discovery: server",
+        "distro: humble, discovery: peers",
+        "distro: jazzy, rmw: cyclonedds",
+    ):
         files = [file for bundle in made(tmp_path, "central", ros).values() for file in bundle.files]
         texts = [file.content for file in files if file.path.endswith(".xml")]
         assert texts
@@ -202,7 +195,7 @@ def test_the_expected_graph_has_types_of_ros_2(tmp_path: Path) -> None:
     ("ros", "expected"),
     [
         (
-            "distro: kilted, domain: 42",
+            "distro: kilted, domain: 42, discovery: server",
             {("hub-pc", 11811, "udp"), ("k3-pi", 17910, "udp"), ("k3-pi", 17915, "udp")},
         ),
         ("distro: kilted, domain: 42, discovery: peers", {("k3-pi", 17900, "udp"), ("k3-pi", 17910, "udp")}),

@@ -25,7 +25,8 @@ def islands(folder: Path, mode: str, ros: str = "{}") -> tuple[Island, ...]:
 @pytest.mark.parametrize(
     ("mode", "ros", "expected"),
     [
-        ("leader", "{}", ("fastrtps", "server", ("koala-laptop",))),
+        ("leader", "{}", ("fastrtps", "peers", ())),
+        ("leader", "{discovery: server}", ("fastrtps", "server", ("koala-laptop",))),
         ("leader", "{servers: [k3-pi, koala-laptop]}", ("fastrtps", "server", ("k3-pi", "koala-laptop"))),
         ("leader", "{rmw: cyclonedds}", ("cyclonedds", "peers", ())),
         ("leader", "{rmw: zenoh}", ("zenoh", "zenoh", ("koala-laptop",))),
@@ -45,7 +46,7 @@ def test_the_spec_or_the_mode_decides(
 
 
 def test_each_island_has_its_own_domain_and_hub(tmp_path: Path) -> None:
-    found = [one.discovery for one in islands(tmp_path, "standalone", "{domain: 101}")]
+    found = [one.discovery for one in islands(tmp_path, "standalone", "{domain: 101, discovery: server}")]
     assert [one.domain for one in found] == [101, 1, 2]
     assert [one.servers for one in found] == [("koala-laptop",), ("k3-pi",), ("epuck-pi",)]
     assert isinstance(found[0], Discovery)

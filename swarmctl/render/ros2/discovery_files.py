@@ -52,7 +52,7 @@ def _fastdds(swarm: Swarm, host: Host, island: Island, servers: list[tuple[str, 
         "ros2/fastdds.xml",
         addresses=[LOOPBACK] if local else [LOOPBACK, host.address] if _is_ipv4(host.address) else [],
         peers=peers if peers_by_file(swarm, island) else [],
-        most=MOST_PARTICIPANTS,
+        most=MOST_PARTICIPANTS if island.discovery.method in ("peers", "local") else 0,
         servers=servers or [],
     )
 
