@@ -13,7 +13,7 @@ from swarmctl.yamltext.edits import make_fix, remove
 from swarmctl.yamltext.source import Loc
 
 _MANY = 10  # 3, 6, 12 nodes on three hosts sent 596, 2 224, 12 198 packets in 10 s; 12 with a server 4 584
-_OTHERWISE = ("leave `discovery` out: nodes then ask a server, or know the addresses of all hosts",)
+_OTHERWISE = ("leave `discovery` out: nodes then know the addresses of all hosts",)
 
 
 @rule("ROS001")
@@ -161,3 +161,20 @@ def crowded_hosts(context: RuleContext) -> Iterator[Diagnostic]:
                         "or start several nodes in one process, by a launch file of your package",
                     ),
                 )
+
+
+@rule("ROS008", needs="domains")
+def single_server(context: RuleContext) -> Iterator[Diagnostic]:
+    """One discovery server, which some nodes outlive."""
+    for island in context.islands:
+        if island.discovery.method == "server" and len(island.discovery.servers) == 1:
+            (server,) = island.discovery.servers
+            key = "servers" if context.spec.ros.servers else "discovery"
+            yield Diagnostic(
+                "ROS008",
+                f"nodes that start soon after a restart of the discovery server on `{server}` may never find "
+                "those that were there before",
+                context.span("ros", key),
+                label="the only server",
+                help=(*_OTHERWISE, "or name a second host in `servers`"),
+            )

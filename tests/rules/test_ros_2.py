@@ -58,7 +58,7 @@ def test_a_right_spec_has_no_error_with_any_distribution(spec: Path, distro: str
 @pytest.mark.parametrize(
     ("ros", "most"),
     [
-        ("distro: kilted", 120),
+        ("distro: kilted, discovery: server", 120),
         ("distro: kilted, discovery: peers", 32),
         ("distro: kilted, rmw: cyclonedds, discovery: multicast", 32),
         ("distro: jazzy, discovery: peers", 32),
@@ -79,8 +79,12 @@ def test_a_host_of_zenoh_has_no_limit(tmp_path: Path) -> None:
 def test_the_76th_process_of_domain_17_has_the_port_of_the_server(tmp_path: Path) -> None:
     two = "the discovery server of `laptop` and DDS in domain 17 of `laptop`"
     clash = f"{two} both listen on UDP port 11811 of `192.168.77.10`"
-    assert "PORT001" not in codes(findings(tmp_path, "distro: kilted, domain: 17", programs(75)))
-    assert ("PORT001", clash) in findings(tmp_path, "distro: kilted, domain: 17", programs(76))
+    assert "PORT001" not in codes(
+        findings(tmp_path, "distro: kilted, domain: 17, discovery: server", programs(75))
+    )
+    assert ("PORT001", clash) in findings(
+        tmp_path, "distro: kilted, domain: 17, discovery: server", programs(76)
+    )
 
 
 @pytest.mark.parametrize(("domain", "clashes"), [(6, True), (7, False)])
