@@ -5,6 +5,7 @@
 SHELL := /bin/bash
 PYTHON ?= python3
 VENV := .venv
+ROS ?= 1
 BIN := $(VENV)/bin
 # tool:package pairs; a tool that is there already is not installed again
 LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
@@ -31,8 +32,8 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 help: ## show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 15
 
-demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
-	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" examples/paper-leader/demo.sh
+demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it; ROS=2 for the one of ROS 2
+	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" ROS=$(ROS) examples/paper-leader/demo.sh
 
 test: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools lint ## lint, then every test; what fails is run once more, alone
 	$(BIN)/python -m tests.run --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)

@@ -1,9 +1,15 @@
 #!/usr/bin/env bash
 # The example swarm, from nothing to robots that drive: boots three hosts in a lab of their own, deploys, drives, stops.
-# `make demo` runs it. It needs root, because it boots real hosts in network namespaces; it leaves nothing behind.
+# `make demo` runs it, `make demo ROS=2` with the example of ROS 2. It needs root, because it boots real hosts in network
+# namespaces; it leaves nothing behind.
 set -euo pipefail
 cd "$(dirname "$0")"
-spec=swarm.yaml
+ros=${ROS:-1}
+case $ros in
+  1) spec=swarm.yaml ;;
+  2) spec=../ros2-2-leader/swarm.yaml ;;
+  *) echo "ROS is 1 or 2, not $ros" >&2; exit 1 ;;
+esac
 name=demo-$$
 began=$SECONDS
 
@@ -11,6 +17,34 @@ say() { printf '\n\033[1m== %s\033[0m  (%d s)\n' "$*" $((SECONDS - began)); }
 run() { printf '$ %s\n' "$*"; "$@"; }
 on() { swarmctl lab shell "$spec" --name "$name" "$1" -- "source /opt/swarm/newswarm/current/setup.bash; $2"; }
 publish() { on "$1" "timeout ${4:-3} rostopic pub -r 10 $2 geometry_msgs/Twist '$3' || true"; }
+stranger() { # commands of somebody who may not, for 12 s
+  if [ "$ros" = 1 ]; then
+    publish epuck-pi /k3/cmd_vel '{linear: {x: 0.10}}' 10
+  else
+    on epuck-pi 'timeout 15 python3 -c "
+import rclpy, time
+from geometry_msgs.msg import Twist
+rclpy.init()
+node = rclpy.create_node(\"stranger\")
+publisher = node.create_publisher(Twist, \"/k3/cmd_vel\", 1)
+twist = Twist()
+twist.linear.x = 0.1
+while rclpy.ok():
+    publisher.publish(twist)
+    time.sleep(0.1)
+" 2>/dev/null || true'
+  fi
+}
+drive() { # every robot, for 3 s, with commands from the leader
+  if [ "$ros" = 1 ]; then
+    publish koala-laptop /k3/cmd_vel '{linear: {x: 0.10}, angular: {z: 0.5}}' &
+    publish koala-laptop /epuck/cmd_vel '{linear: {x: 0.05}}' &
+    publish koala-laptop /koala/cmd_vel '{linear: {x: 0.20}, angular: {z: -0.3}}' &
+  else
+    swarmctl lab shell "$spec" --name "$name" koala-laptop -- 'cat > gamepad.py' < ../gamepad.py
+    on koala-laptop '(sleep 4; echo 0.5 0.2; sleep 3) | python3 gamepad.py' & # nodes find each other, the button is free
+  fi
+}
 expect() { # expect CODE COMMAND...: run a command that must end with that exit code
   local wanted=$1 code=0
   shift
@@ -31,7 +65,7 @@ trap 'swarmctl lab down --name "$name" 2>/dev/null' EXIT
 say "Is the spec right?"
 run swarmctl validate "$spec"
 
-say "A lab: three Debian hosts with systemd, sshd and ROS 1, three robots on serial lines"
+say "A lab: three Debian hosts with systemd, sshd and ROS $ros, three robots on serial lines"
 run swarmctl lab up "$spec" --name "$name"
 
 say "What would a deploy do? (exit code 2: there are changes)"
@@ -51,17 +85,15 @@ say "Where the robots are"
 run swarmctl lab robots "$spec" --name "$name"
 
 say "Commands from a host that does not lead: no robot obeys, and status names the sender"
-publish epuck-pi /k3/cmd_vel '{linear: {x: 0.10}}' 10 &
-sleep 2
+stranger &
+sleep $((ros * 2)) # s
 standing
 run swarmctl status "$spec" --lab-name "$name"
 wait
 
 say "Drive each robot for 3 s, with commands from the leader"
-publish koala-laptop /k3/cmd_vel '{linear: {x: 0.10}, angular: {z: 0.5}}' &
-publish koala-laptop /epuck/cmd_vel '{linear: {x: 0.05}}' &
-publish koala-laptop /koala/cmd_vel '{linear: {x: 0.20}, angular: {z: -0.3}}' &
-sleep 2.5
+drive
+sleep $((4 * ros - 2)) # s
 run swarmctl lab robots "$spec" --name "$name"
 wait
 

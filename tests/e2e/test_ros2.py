@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import subprocess
 import tarfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from tests.e2e.experiment import EXAMPLES, STILL, Experiment, conducted
 from tests.e2e.lab_needs import skip_without_wheels
 from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, moves, until
 from tests.timing import Promise
+
+OUTAGE = 30.0  # s; DDS forgets a node that is silent for 20 s
 
 
 class Conducted:
@@ -81,6 +84,36 @@ class TestLeader(Conducted):
     ) -> None:
         with experiment.lab.publishing(host, "epuck", 0.05):
             experiment.refuses("epuck", "epuck-pi")
+
+    def test_after_a_reboot_of_the_leader_the_gamepad_drives_all(
+        self, experiment: Experiment, note: Note
+    ) -> None:
+        began = time.monotonic()
+        experiment.lab.reboot(LEADER)
+        with experiment.gamepad() as pad:
+            experiment.drives(pad, *self.FOLLOWERS)
+            note(f"{self.EXAMPLE}: leader rebooted, until all move", f"{time.monotonic() - began:.1f} s", "")
+            pad.let_go()
+            experiment.seconds_to_rest()
+
+    def test_after_30_s_without_a_network_a_robot_is_driven_again(
+        self, experiment: Experiment, note: Note
+    ) -> None:
+        """The robot stands meanwhile, and no command from before moves it."""
+        with experiment.gamepad() as pad:
+            experiment.drives(pad, *self.FOLLOWERS)
+            experiment.lab.cut("k3-pi")
+            until(lambda: not moves(experiment.lab.robot("k3")), "k3 drives on")
+            pad.let_go()
+            time.sleep(OUTAGE)
+            experiment.lab.join("k3-pi")
+            experiment.stands("k3", 2.0)
+            began = time.monotonic()
+            pad.hold(1.0)
+            until(lambda: moves(experiment.lab.robot("k3")), "k3 is not driven again")
+            note(f"{self.EXAMPLE}: network back, until k3 moves", f"{time.monotonic() - began + 2:.1f} s", "")
+            pad.let_go()
+            experiment.seconds_to_rest()
 
 
 class TestCentral(Conducted):

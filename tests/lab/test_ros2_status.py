@@ -36,7 +36,7 @@ version: 1
 name: tiny
 mode: central
 hub: alpha
-ros: {distro: kilted}
+ros: {distro: kilted, discovery: server}
 hosts:
   alpha: {address: 10.91.1.1, user: root}
   beta: {address: 10.91.1.2, user: root}

@@ -39,7 +39,7 @@ MAY_IMPORT = {
     "multimaster": {"swarm_onboard.common"},
     "host_checks": {"swarm_onboard.agent"},
     "ros1_probe": {"swarm_onboard.agent", "swarm_onboard.common"},
-    "ros2_probe": {"swarm_onboard", "swarm_onboard.agent", "swarm_onboard.common"},
+    "ros2_probe": {*("swarm_onboard", "swarm_onboard.agent", "swarm_onboard.common", "swarm_onboard.ros2")},
     "ros": set[str](),
     "ros1": {"swarm_onboard.ros", *ROS1, "geometry_msgs"},
     "ros2": {"swarm_onboard.ros", *ROS2, "geometry_msgs", "std_msgs"},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -23,12 +24,10 @@ class Node:
     def __init__(self) -> None:
         self.taking: dict[str, Any] = {}
 
-    def create_subscription(self, _kind: Any, topic: str, take: Any, _qos: Any, *, raw: bool) -> str:
-        self.taking[topic] = take
-        return topic
 
-    def destroy_subscription(self, topic: str) -> None:
-        del self.taking[topic]
+def subscribe(node: Node, _kind: Any, topic: str, take: Any, _qos: Any, *, raw: bool) -> Callable[[], None]:
+    node.taking[topic] = take
+    return node.taking.clear
 
 
 @pytest.fixture(autouse=True)
@@ -55,12 +54,11 @@ def test_only_messages_of_the_node_count() -> None:
     wanted = request(nodes=[{"name": "/k3/driver", "topics": {"/diagnostics": 2.0}}])
     driver, gate = (end(one, "/diagnostics", STATUS) for one in ("/k3/driver", "/k3/gate"))
     graph, node = Graph(["/k3/driver", "/k3/gate"], (driver, gate), ()), Node()
-    listening = Listening(wanted, node, 15.0)
+    listening = Listening(wanted, node, 15.0, subscribe)
     listening.begin(graph, time.monotonic())
     fine = SimpleNamespace(level=b"\x01", name="k3: driver", message="slow", hardware_id="", values=[])
     for sender, statuses in ((driver, [fine]), (gate, []), (gate, []), (driver, [fine])):
-        info = {"publisher_gid": {"data": sender.gid + bytes(8)}}
-        node.taking["/diagnostics"](SimpleNamespace(status=statuses), info)
+        node.taking["/diagnostics"](SimpleNamespace(status=statuses), sender.gid, 0, 0)
     seen = answer(listening, graph, wanted)["nodes"]["/k3/driver"]
     assert (seen["topics"]["/diagnostics"]["count"], seen["topics"]["/diagnostics"]["type"]) == (2, STATUS)
     assert [(one["level"], one["message"]) for one in seen["reports"]] == [(1, "slow")]
@@ -69,7 +67,7 @@ def test_only_messages_of_the_node_count() -> None:
 def test_it_ends_when_the_window_is_over_and_leaves_the_topic() -> None:
     node, wanted = Node(), request()
     graph = Graph(["/k3/driver"], (end("/k3/driver", "/k3/odom"),), ())
-    listening = Listening(wanted, node, 15.0)
+    listening = Listening(wanted, node, 15.0, subscribe)
     now = time.monotonic()
     listening.begin(graph, now)
     assert listening.running
@@ -85,10 +83,10 @@ def test_it_ends_when_the_window_is_over_and_leaves_the_topic() -> None:
 def test_large_messages_end_it_early() -> None:
     node, wanted = Node(), request()
     driver = end("/k3/driver", "/k3/odom")
-    listening = Listening(wanted, node, 15.0)
+    listening = Listening(wanted, node, 15.0, subscribe)
     listening.begin(Graph(["/k3/driver"], (driver,), ()), time.monotonic())
     for _ in range(3):
-        node.taking["/k3/odom"](bytes(20 << 20), {"publisher_gid": {"data": driver.gid}})
+        node.taking["/k3/odom"](bytes(20 << 20), driver.gid, 0, 0)
     listening.end(time.monotonic())
     assert not listening.running
 
@@ -96,7 +94,7 @@ def test_large_messages_end_it_early() -> None:
 def test_a_type_that_the_host_lacks_is_named_and_not_measured() -> None:
     node, wanted = Node(), request()
     graph = Graph(["/k3/driver"], (end("/k3/driver", "/k3/odom", "lab_msgs/msg/Odometry"),), ())
-    listening = Listening(wanted, node, 15.0)
+    listening = Listening(wanted, node, 15.0, subscribe)
     listening.begin(graph, time.monotonic())
     found = answer(listening, graph, wanted)
     assert found["nodes"]["/k3/driver"]["topics"] == {}

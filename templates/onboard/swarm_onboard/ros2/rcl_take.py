@@ -46,10 +46,19 @@ class RclSubscription(Waitable):
     """Passes each message, with GID and times in ns, to ``take``."""
 
     def __init__(
-        self, node: Any, message: Any, topic: str, take: Callable[[Any, bytes, int, int], None], profile: Any
+        self,
+        node: Any,
+        message: Any,
+        topic: str,
+        take: Callable[[Any, bytes, int, int], None],
+        profile: Any,
+        *,
+        raw: bool,
     ) -> None:
         super().__init__(node.default_callback_group)
-        self._message, self._take = message, take
+        self._node, self._message, self._take, self._raw = node, message, take, raw
+        if message.__class__._TYPE_SUPPORT is None:
+            message.__class__.__import_type_support__()
         with node.handle:
             self._handle = rclpy_implementation.Subscription(
                 node.handle, message, topic, profile.get_c_qos_profile()
@@ -100,4 +109,10 @@ class RclSubscription(Waitable):
         """Passes on what was taken."""
         if taken is not None:
             message, gid, sent, arrived = taken
-            self._take(deserialize_message(message, self._message), gid, sent, arrived)
+            whole = message if self._raw else deserialize_message(message, self._message)
+            self._take(whole, gid, sent, arrived)
+
+    def end(self) -> None:
+        """Ends the subscription."""
+        self._node.remove_waitable(self)
+        self._handle.destroy_when_not_in_use()

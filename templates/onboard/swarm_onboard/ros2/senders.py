@@ -70,17 +70,24 @@ def full_name(namespace: str, name: str) -> str:
     return f"{namespace.rstrip('/')}/{name}"
 
 
-def subscribe_with_sender(node: Any, message: Any, topic: str, take: Take, profile: Any) -> None:
-    """Passes each message on ``topic`` to ``take``, with the GID of its publisher."""
+def subscribe_with_sender(
+    node: Any, message: Any, topic: str, take: Take, profile: Any, *, raw: bool = False
+) -> Callable[[], None]:
+    """Passes each message on ``topic`` to ``take``, with the GID of its publisher. Returns what ends it.
+
+    ``raw``: as serialised bytes.
+    """
     info = getattr(subscription, "MessageInfo", None)  # since Kilted, with the GID
     if "publisher_gid" not in getattr(info, "__annotations__", {}):
-        from swarm_onboard.ros2.rcl_take import RclSubscription  # noqa: PLC0415  it needs what Kilted may lose
+        from swarm_onboard.ros2.rcl_take import RclSubscription  # noqa: PLC0415  needs what Kilted may lose
 
-        node.add_waitable(RclSubscription(node, message, topic, take, profile))
-        return
+        taking = RclSubscription(node, message, topic, take, profile, raw=raw)
+        node.add_waitable(taking)
+        return taking.end
 
     def received(one: Any, info: Any) -> None:
         gid = bytes(info["publisher_gid"]["data"])[:GID_BYTES]
         take(one, gid, info["source_timestamp"], info["received_timestamp"])
 
-    node.create_subscription(message, topic, received, profile)
+    made = node.create_subscription(message, topic, received, profile, raw=raw)
+    return lambda: node.destroy_subscription(made)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Iterator
+from typing import TYPE_CHECKING, Any, Callable, Iterator
 
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.common.flow import Flow
@@ -47,11 +47,16 @@ class _Received(Flow):
 class Listening:
     """Subscribes ``node`` to the topics of a ``ProbeRequest`` as soon as their publishers are known.
 
+    ``subscribe`` is ``swarm_onboard.ros2.senders.subscribe_with_sender``, which an agent cannot import.
+
     ``troubles``: the types that this host lacks.
     """
 
-    def __init__(self, request: ProbeRequest, node: Any, longest: float) -> None:
+    def __init__(
+        self, request: ProbeRequest, node: Any, longest: float, subscribe: Callable[..., Callable[[], None]]
+    ) -> None:
         self._node = node
+        self._subscribe_with_sender = subscribe
         self._wanted = {
             (one["name"], topic): min(seconds, longest)
             for one in request["nodes"]
@@ -66,7 +71,7 @@ class Listening:
             if seconds > 0
         }
         self._flows: dict[tuple[str, str], _Received] = {}
-        self._subscriptions: dict[str, Any] = {}
+        self._subscriptions: dict[str, Callable[[], None]] = {}
         self._names: dict[bytes, str] = {}
         self._statuses: dict[str, dict[str, StatusAnswer]] = {}
         self.lacking: dict[str, str] = {}
@@ -101,28 +106,21 @@ class Listening:
             qos = import_module("rclpy.qos")
             quality = qos.QoSProfile(depth=_DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT)
             raw = topic != _DIAGNOSTICS
-            self._subscriptions[topic] = self._node.create_subscription(
-                message, topic, partial(self._take, topic), quality, raw=raw
+            self._subscriptions[topic] = self._subscribe_with_sender(
+                self._node, message, topic, partial(self._take, topic), quality, raw=raw
             )
         return True
 
-    def _take(self, topic: str, message: Any, info: Any) -> None:
+    def _take(self, topic: str, message: Any, gid: bytes, _sent: int, _arrived: int) -> None:
         now = time.monotonic()
-        sender = self._sender(info)
+        sender = self._names.get(gid, "a node that nobody has announced")
         size = len(message) if isinstance(message, bytes) else 0
         for (node, name), flow in self._flows.items():
-            if name == topic and sender in (node, ""):
+            if name == topic and sender == node:
                 flow.add(now, size)
-        if topic == _DIAGNOSTICS and sender:
+        if topic == _DIAGNOSTICS:
             statuses = self._statuses.setdefault(sender, {})
             statuses.update((str(one.name), _status(one)) for one in message.status)
-
-    def _sender(self, info: Any) -> str:
-        """The node that sent a message; empty where rclpy does not say (before Kilted)."""
-        gid = info.get("publisher_gid")
-        if gid is None:
-            return ""
-        return self._names.get(bytes(gid["data"])[:_GID], "a node that nobody has announced")
 
     def end(self, now: float, *, all_: bool = False) -> None:
         """Ends what has been measured for long enough."""
@@ -131,7 +129,7 @@ class Listening:
                 flow.done = now
         measured = {topic for (_, topic), flow in self._flows.items() if flow.done is None}
         for topic in [one for one in self._subscriptions if one not in measured]:
-            self._node.destroy_subscription(self._subscriptions.pop(topic))
+            self._subscriptions.pop(topic)()
 
     def fill_in(self, answer: GraphAnswer) -> None:
         """Adds what was measured to the nodes in ``answer``."""

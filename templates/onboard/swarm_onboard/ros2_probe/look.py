@@ -21,6 +21,7 @@ NAME = f"{HIDDEN}swarm_status_"
 LARGEST = 8 << 20  # bytes of what it prints
 _SETTLES = 10.0  # s; discovery takes 3.1 s where announcements are lost, and longer over bad Wi-Fi
 _AT_LEAST = 2.0  # s, for nodes that nobody waits for
+_QUIET = 4.0  # s without a new node after which no other one is waited for: a host leaves out optional ones
 _LONGEST_LISTENING = 15.0  # s for one topic
 _LATE = 2.0  # s until a new subscription receives, and of work after the listening
 _TURN = 0.05  # s of receiving between two looks at the clock
@@ -67,10 +68,12 @@ def _seen(request: ProbeRequest) -> GraphAnswer:
 def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
     """Waits until the expected nodes are seen and measured, or time is up. ``turn`` receives for a moment."""
     answer: GraphAnswer = {}
-    listening = Listening(request, node, _LONGEST_LISTENING)
+    from swarm_onboard.ros2.senders import subscribe_with_sender  # noqa: PLC0415  the agent has no rclpy
+
+    listening = Listening(request, node, _LONGEST_LISTENING, subscribe_with_sender)
     began = time.monotonic()
     end = began + longest(request)
-    looked, whole = 0.0, False
+    looked, whole, changed, known = 0.0, False, began, 0
     while time.monotonic() < end:
         turn()
         now = time.monotonic()
@@ -79,7 +82,9 @@ def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
             continue
         looked, graph = now, graph_of(node)
         listening.begin(graph, now)
-        whole = whole or settled(graph, request) or now > began + _SETTLES
+        if len(graph.nodes) != known:
+            known, changed = len(graph.nodes), now
+        whole = whole or settled(graph, request) or now > min(changed + _QUIET, began + _SETTLES)
         if whole and not listening.running and now > began + _AT_LEAST:
             break
     listening.end(time.monotonic(), all_=True)

@@ -58,7 +58,7 @@ class Node:
     def create_timer(self, period: float, call: Any) -> None:
         """Everybody listens from the beginning."""
 
-    def create_subscription(self, kind: Any, topic: str, take: Any, profile: Any) -> str:
+    def create_subscription(self, kind: Any, topic: str, take: Any, profile: Any, raw: bool = False) -> str:
         self._subscriptions[topic] = take
         if len(self._subscriptions) == 1:
             listen(lambda: None, lambda *what: self.waiting.put(what))
