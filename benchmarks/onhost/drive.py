@@ -46,9 +46,8 @@ def main() -> None:
 
     threading.Thread(target=read, daemon=True).start()
     while not ended.is_set():
-        fresh = changed.wait(1 / RATE)
-        changed.clear()
-        if fresh:
+        if changed.wait(1 / RATE):
+            changed.clear()
             print(time.monotonic(), flush=True)
         for publisher, speed in speeds.items():
             command = Twist()
