@@ -226,7 +226,7 @@ def test_editors_accept_units(value: Any, valid: bool) -> None:
 # Numbers that measure nothing: counts, ids, ratios, and what has the unit of another key.
 WITHOUT = {
     "version", "port", "local_ports", "master_port", "priority", "cores", "channel", "rfcomm_channel",
-    "bytesize", "stopbits", "counter_bits", "counts_per_turn", "pulses_per_turn", "distance_scale",
+    "bytesize", "domain", "stopbits", "counter_bits", "counts_per_turn", "pulses_per_turn", "distance_scale",
     "max_reading", "battery",
     "none_from", "none_below", "invalid_from", "stride", "first", "order", "zero", "scale", "offset",
     "max", "values", "extra", "request", "reply", "begins", "linear", "angular", "firmware_below",

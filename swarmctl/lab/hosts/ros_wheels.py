@@ -105,9 +105,10 @@ def install(distro: str, wheels: Path, image: Path) -> None:
                 file.chmod(0o755 if member.external_attr >> 16 & 0o100 else 0o644)
     for name in SETUP_FILES:
         (prefix / name).write_text(setup_text(distro))
-    for folder in (prefix / "share").iterdir():
-        if (folder / "cmake").is_dir() and not (folder / "package.xml").exists():
-            (folder / "package.xml").write_text(MANIFEST.format(name=folder.name))
+    for build_files in (prefix / "share").glob("*/cmake"):
+        manifest = build_files.with_name("package.xml")
+        if not manifest.exists():
+            manifest.write_text(MANIFEST.format(name=manifest.parent.name))
 
 
 def compile_argv(distro: str, image: Path) -> tuple[str, ...]:
