@@ -122,8 +122,9 @@ def test_a_firewall_of_the_commanders_host_is_named(swarm: LabSwarm, promise: Pr
         until(lambda: "cannot connect to" in first_cause(swarm), "it is not named")
         seen = swarm.swarmctl("status")
         assert seen.status == 5, seen.out
-        text = next(line for line in seen.out.splitlines()[1:] if line)
-        assert text.startswith(f"✗ connection /k3/driver on {HOST} to /rostopic_"), seen.out
+        cause = f"✗ connection /k3/driver on {HOST} to /rostopic_"
+        text = next((line for line in seen.out.splitlines() if line.startswith(cause)), "")
+        assert text, seen.out
         assert f" on {LEADER}: cannot connect to 192.168.77.10:" in text
         assert f"check the firewall on {LEADER}: sudo nft list ruleset" in seen.out
         assert not moves(swarm.robot("k3"))
