@@ -27,6 +27,8 @@ LONGEST = (
     "test_recovery_of_islands.py",
     "test_rover.py",
     "test_paper.py",
+    "test_ros2.py",
+    "test_ros2_status.py",
     "test_program_health.py",
     "test_lab_page.py",
     "test_faults.py",

@@ -22,6 +22,7 @@ from swarmctl.lab.hosts import network
 from swarmctl.render.middleware import middleware_of
 from tests.e2e import forked
 from tests.e2e.forked import Process, console_script
+from tests.e2e.pose import Pose, wrapped
 from tests.e2e.ros_commands import Ros1, Ros2, RosCommands
 from tests.loading import load_swarm
 from tests.timing import PATIENCE
@@ -60,25 +61,6 @@ class Unit:
     active: str
     pid: int
     restarts: int
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Where something is on the ground, in m and rad."""
-
-    x: float
-    y: float
-    theta: float
-
-    def seen_from(self, origin: Pose) -> Pose:
-        """This pose in the frame of ``origin``."""
-        dx, dy = self.x - origin.x, self.y - origin.y
-        sine, cosine = math.sin(origin.theta), math.cos(origin.theta)
-        return Pose(dx * cosine + dy * sine, dy * cosine - dx * sine, wrapped(self.theta - origin.theta))
-
-
-def wrapped(angle: float) -> float:
-    return math.remainder(angle, math.tau)
 
 
 def moves(state: Mapping[str, Any]) -> bool:

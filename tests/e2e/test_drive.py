@@ -13,11 +13,10 @@ from tests.e2e.lab_swarm import (
     LEADER,
     LabSwarm,
     Note,
-    Pose,
     moves,
     until,
-    wrapped,
 )
+from tests.e2e.pose import Pose, wrapped
 from tests.timing import Promise, withheld
 
 STRETCH = 10.0  # s of driving that speeds and loads are measured over

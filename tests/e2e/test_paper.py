@@ -7,42 +7,20 @@ import re
 import subprocess
 import tarfile
 import time
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 from swarmctl.cli import exit_codes
 from tests.e2e import whole_graph
-from tests.e2e.experiment import EXAMPLES, STILL, Experiment, conducted
+from tests.e2e.conducted import Conducted
+from tests.e2e.experiment import EXAMPLES, Experiment
 from tests.e2e.lab_swarm import HOME, LEADER, LabSwarm, Note, moves, until
 from tests.e2e.ros_peers import roswtf
 from tests.timing import Promise
 
 
-class Conducted:
-    """What holds for every experiment. ``EXAMPLE`` is its folder, ``FOLLOWERS`` the robots of the gamepad."""
-
-    EXAMPLE: str
-    FOLLOWERS: tuple[str, ...]
-
-    @pytest.fixture(scope="class")
-    @classmethod
-    def experiment(cls, workplace: Path) -> Iterator[Experiment]:
-        with conducted(cls.EXAMPLE, workplace, cls.prepare) as done:
-            yield done
-
-    @classmethod
-    def prepare(cls, swarm: LabSwarm) -> None:
-        """What a person does to the hosts before the first deploy."""
-
-    def test_is_deployed_and_healthy(self, experiment: Experiment, note: Note) -> None:
-        for what, seconds in experiment.seconds.items():
-            note(f"{self.EXAMPLE}: {what}", f"{seconds:.1f} s", "")
-        assert experiment.lab.plan().status == exit_codes.OK  # nothing is left to do
-
-    def test_every_master_knows_just_what_the_spec_says(self, experiment: Experiment) -> None:
-        experiment.settles()
+class OnMasters(Conducted):
+    """What holds for every experiment of ROS 1."""
 
     @pytest.mark.slow
     def test_roswtf_finds_no_fault(self, experiment: Experiment) -> None:
@@ -61,18 +39,8 @@ class Conducted:
         }
         assert roswtf(experiment.lab, f"{HOME}/current", list(elsewhere), elsewhere) == {}
 
-    def test_the_gamepad_drives_its_robots_and_no_others(
-        self, experiment: Experiment, note: Note, promise: Promise
-    ) -> None:
-        with experiment.gamepad() as pad:
-            took = experiment.drives(pad, *self.FOLLOWERS)
-            pad.let_go()
-            rest = experiment.seconds_to_rest()
-        note(f"{self.EXAMPLE}: button held until all move", f"{took:.2f} s", "")
-        promise(f"{self.EXAMPLE}: button let go until all stand", rest, STILL)
 
-
-class TestSingleMinded(Conducted):
+class TestSingleMinded(OnMasters):
     """One computer runs everything, small robots obey it over Bluetooth."""
 
     EXAMPLE = "paper-1-single-minded"
@@ -117,7 +85,7 @@ class TestSingleMinded(Conducted):
         assert swarm.swarmctl("start").status == exit_codes.OK
 
 
-class TestLeader(Conducted):
+class TestLeader(OnMasters):
     """Three robots with computers of their own follow the Koala's."""
 
     EXAMPLE = "paper-2-leader"
@@ -131,7 +99,7 @@ class TestLeader(Conducted):
             experiment.refuses("epuck", "epuck-pi")
 
 
-class TestCentral(Conducted):
+class TestCentral(OnMasters):
     """Robots of their own mind that meet at one master."""
 
     EXAMPLE = "paper-3-central"
@@ -160,7 +128,7 @@ class TestCentral(Conducted):
             experiment.refuses("k3", "k3-pi")
 
 
-class TestStandalone(Conducted):
+class TestStandalone(OnMasters):
     """Every robot has a master of its own, and all follow one gamepad."""
 
     EXAMPLE = "paper-4-standalone"
@@ -176,7 +144,7 @@ class TestStandalone(Conducted):
             experiment.receives_nothing("epuck", published_on="k3-pi", home="epuck-pi")
 
 
-class TestCombined(Conducted):
+class TestCombined(OnMasters):
     """Groups of simple robots around leaders, and a robot that stands alone."""
 
     EXAMPLE = "paper-5-combined"

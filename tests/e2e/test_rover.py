@@ -24,11 +24,10 @@ from tests.e2e.lab_swarm import (
     HOME,
     LabSwarm,
     Note,
-    Pose,
     moves,
     until,
-    wrapped,
 )
+from tests.e2e.pose import Pose, wrapped
 from tests.e2e.ros_peers import roswtf
 from tests.timing import Promise
 

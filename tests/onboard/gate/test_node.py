@@ -1,4 +1,4 @@
-"""The gate's node with a fake ROS: what it reports of a host that cannot publish the robot's start."""
+"""The gate as a node, with fakes of ROS 1 and ROS 2: what passes it, and what a host cannot publish."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import yaml
 
 from swarmctl.resources import onboard
 from tests.onboard.driver.driver_process import running
-from tests.timing import wait_for
+from tests.timing import PATIENCE, wait_for
+
+pytestmark = pytest.mark.usefixtures("ros")
 
 GATE = onboard() / "nodes/gate/gate.py"
 PARAMS = {
@@ -42,3 +44,22 @@ def test_a_start_that_cannot_be_published_is_a_warning(
         assert node.values().get("left out") == (LOST if level else None)
         assert node.status()["message"].endswith(LOST) == bool(level)
         assert (node.latest("/tf_static") is not None) == (bool(start) and not lacks)
+
+
+def test_a_commander_passes_it_and_a_stranger_does_not(tmp_path: Path) -> None:
+    commander = {"name": "boss", "priority": 0, "nodes": ["/boss"], "namespace": None, "addresses": []}
+    config = tmp_path / "gate.yaml"
+    config.write_text(yaml.safe_dump({**PARAMS, "commanders": [commander]}))
+
+    def speeds() -> list[float]:
+        return [one["linear"]["x"] for one in list(node.published) if one["topic"] == "gate/cmd_vel"]
+
+    with running(config, GATE) as node:
+        wait_for(lambda: node.latest("/diagnostics"))
+        wait_for(lambda: node.command(0.2, sender="/stranger") or "/stranger" in node.status()["message"])
+        assert set(speeds()) <= {0.0}
+        wait_for(lambda: node.command(0.1, sender="/boss") or 0.1 in speeds())
+        node.process.terminate()
+        assert node.process.wait(PATIENCE) == 0
+    wait_for(lambda: speeds()[-1] == 0.0)
+    assert 0.2 not in speeds()

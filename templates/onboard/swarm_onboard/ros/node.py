@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from enum import Enum
 from importlib import import_module
 from typing import Any, Callable, Mapping, Optional, Protocol, Sequence
@@ -107,6 +108,15 @@ def join(name: str, namespace: str, end: Callable[[], None]) -> Node:
     return joined
 
 
+def leave_out_numpy() -> None:
+    """Saves 14 MB and 0.1 s in ROS 1, for a node whose messages have no lists of numbers.
+
+    Where there is numpy, genpy/message.py imports it. None makes that an ImportError, which genpy expects.
+    """
+    if _package() == "ros1":
+        sys.modules["numpy"] = None  # type: ignore[assignment]
+
+
 def md5sum_and_least(name: str) -> tuple[str, int] | None:
     """Returns what ROS 1 knows of a message type: its MD5 sum, and the size of its smallest message, bytes.
 
@@ -117,6 +127,9 @@ def md5sum_and_least(name: str) -> tuple[str, int] | None:
 
 
 def _face(module: str) -> Any:
-    """A module of the ROS whose environment this process has: its setup files set ROS_VERSION."""
-    package = "ros2" if os.environ.get("ROS_VERSION") == "2" else "ros1"
-    return import_module(f"swarm_onboard.{package}.{module}")
+    return import_module(f"swarm_onboard.{_package()}.{module}")
+
+
+def _package() -> str:
+    """The face of the ROS whose environment this process has: its setup files set ROS_VERSION."""
+    return "ros2" if os.environ.get("ROS_VERSION") == "2" else "ros1"

@@ -6,7 +6,6 @@ However it ends, but by SIGKILL, its last message is a zero; after that, `send_z
 
 from __future__ import annotations
 
-import os
 import sys
 from concurrent import futures
 from concurrent.futures import Future
@@ -97,8 +96,5 @@ class GateNode:
 
 
 if __name__ == "__main__":
-    if os.environ.get("ROS_VERSION") != "2":
-        # Where there is numpy, genpy/message.py imports it, for types of values that this node never has:
-        # 14 MB and 0.1 s. None makes that an ImportError, which genpy expects.
-        sys.modules["numpy"] = None  # type: ignore[assignment]
+    ros.leave_out_numpy()
     sys.exit(runner.main(sys.argv[1:], "Decide which commands reach a robot's driver.", load, GateNode))
