@@ -174,7 +174,7 @@ def test_a_host_without_transforms_has_odometry(tmp_path):
         wait_for(lambda: {"odom", "proximity/L0", "/diagnostics"} <= topics_of(node))
         assert not topics_of(node) & {"/tf", "/tf_static"}
         assert node.values()["left out"] == "no transforms: this host lacks tf2_msgs"
-        assert node.status()["level"] == 0
+        wait_for(lambda: node.status()["level"] == 0)  # a busy machine publishes too slowly at first
 
 
 def test_a_start_that_cannot_be_published_is_a_warning(tmp_path):

@@ -40,7 +40,7 @@ def test_a_start_that_cannot_be_published_is_a_warning(
     config.write_text(yaml.safe_dump({**PARAMS, **({"start": start} if start else {})}))
     with running(config, GATE, FAKE_LACKS=lacks) as node:
         wait_for(lambda: node.latest("/diagnostics"))
-        assert node.status()["level"] == level
+        wait_for(lambda: node.status()["level"] == level)
         assert node.values().get("left out") == (LOST if level else None)
         assert node.status()["message"].endswith(LOST) == bool(level)
         assert (node.latest("/tf_static") is not None) == (bool(start) and not lacks)
