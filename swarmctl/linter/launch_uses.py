@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from swarmctl.field_types import Parameter
 from swarmctl.robot_types.placeholders import PlaceholderError, filled
 from swarmctl.robot_types.ros_launchable import RosLaunchable
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.ros_packages.launch_files import evaluate
 from swarmctl.ros_packages.launched import Launched
 from swarmctl.spec.program_model import Program
@@ -96,8 +97,9 @@ def _place(index: SwarmIndex, robot: str) -> tuple[Loc, str]:
     given = index.spec.robots[robot]
     if given.driver is not None:
         return ("robots", robot, "driver"), ""
-    if given.type in index.document.own_types:
-        return ("driver",), given.type
+    kind = index.document.own_types.get(given.type)
+    if isinstance(kind, RosRobotType):
+        return kind.place_of(index.ros_drivers[robot]), given.type
     return ("robots", robot, "type"), ""
 
 

@@ -13,10 +13,12 @@ from swarmctl.field_types import (
     FrameName,
     GraphName,
     PackageName,
+    Parameter,
     Printable,
     TypeName,
     fits_together,
 )
+from swarmctl.plugins import MIDDLEWARES, NameIn
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.placeholders import Loc, is_placeholder, meanings, placeholders_in, texts_in
 from swarmctl.robot_types.ros_launchable import Device, RosLaunchable
@@ -29,6 +31,10 @@ _TF = re.compile(r"(.*_)?tf(_.*)?")  # such as publish_tf
 VELOCITIES = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")  # what a gate sends
 
 
+#: Tag of a driver where other forms may stand; brackets mark a step that is in no file.
+DRIVER = "[driver]"
+
+
 class RosDriver(RosLaunchable):
     """A ROS package that drives the robot: one of its executables, or a launch file.
 
@@ -36,6 +42,11 @@ class RosDriver(RosLaunchable):
     `{namespace}` and `{device}`.
     """
 
+    distros: tuple[Annotated[str, NameIn(MIDDLEWARES)], ...] = Field(
+        (),
+        examples=[[MIDDLEWARES.default]],
+        description="ROS distributions for which it exists; by default that of the swarm, whichever it is.",
+    )
     package: PackageName = Field(examples=["rosaria"], description="Its ROS package.")
     command: GraphName = Field(
         "cmd_vel",
@@ -47,6 +58,12 @@ class RosDriver(RosLaunchable):
         examples=["geometry_msgs/TwistStamped"],
         description="Message type of its commands: geometry_msgs/Twist or geometry_msgs/TwistStamped, or any "
         "other with `ungated: true`.",
+    )
+    namespace_argument: Printable | None = Field(
+        None,
+        examples=["namespace"],
+        description="The argument of its launch file by which the file puts its nodes into the robot's "
+        "namespace; by default swarmctl puts them there.",
     )
     publishes: tuple[Topic, ...] = Field(
         (),
@@ -78,6 +95,11 @@ class RosDriver(RosLaunchable):
         None,
         description="Time without a command after which it stops the robot by itself, if it does.",
     )
+    peer: bool = Field(
+        False,
+        description="Whether the robot runs nodes of ROS 2 itself, at the address of its link: the nodes of "
+        "its host then look for others there.",
+    )
     ungated: bool = Field(
         False,
         description="Whether swarmctl's gate is left out: then every publisher of its command topic commands "
@@ -88,6 +110,10 @@ class RosDriver(RosLaunchable):
         examples=["the autopilot takes setpoints, not velocities"],
         description="Why it is ungated; status prints it.",
     )
+
+    def is_for(self, distro: str) -> bool:
+        """Returns whether it exists for a ROS distribution."""
+        return not self.distros or distro in self.distros
 
     @property
     def texts(self) -> Iterator[tuple[Loc, str]]:
@@ -127,6 +153,12 @@ class RosDriver(RosLaunchable):
         )
 
     @property
+    def arguments(self) -> dict[str, Parameter]:
+        """The arguments of its launch file, that of the namespace included."""
+        own = {} if self.namespace_argument is None else {self.namespace_argument: "{namespace}"}
+        return {**own, **super().arguments}
+
+    @property
     def packages(self) -> tuple[str, ...]:
         """The packages that must be installed."""
         return tuple(dict.fromkeys((self.package, *self.requires)))
@@ -135,6 +167,20 @@ class RosDriver(RosLaunchable):
     def _is_launchable(self) -> Iterator[ConsistencyError]:
         yield from self.start_errors()
         yield from self.argument_errors()
+
+    @fits_together
+    def _passes_its_namespace_once(self) -> Iterator[ConsistencyError]:
+        name = self.namespace_argument
+        if name is not None and self.launch is None:
+            yield ConsistencyError(
+                "only a launch file has arguments; remove `namespace_argument`", "namespace_argument"
+            )
+        elif name is not None and name in super().arguments:
+            yield ConsistencyError(
+                f"`{name}` gets the robot's namespace by `namespace_argument`; remove one of the two",
+                self.named_values[0],
+                name,
+            )
 
     @fits_together
     def _topics_have_known_names(self) -> Iterator[ConsistencyError]:

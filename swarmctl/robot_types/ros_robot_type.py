@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from swarmctl.field_types import Baud, ConsistencyError, FilePath, Model, Port, fits_together
 from swarmctl.links.link_base import RobotLink
@@ -13,9 +13,16 @@ from swarmctl.links.link_kinds import RobotLinkKind, kinds
 from swarmctl.plugins import LINK_KINDS
 from swarmctl.robot_types.motion import Motion
 from swarmctl.robot_types.robot_type import Text
-from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
 from swarmctl.robot_types.settings import CommandSettings, RobotSettings
 from swarmctl.units import Unit
+
+#: Tag of several drivers; brackets mark a step that is in no file.
+DRIVERS = "[drivers]"
+
+
+def _driver_form(value: Any) -> str:
+    return DRIVERS if isinstance(value, (list, tuple)) else DRIVER
 
 
 class RosLink(Model):
@@ -56,9 +63,13 @@ class RosRobotType(Model):
     """One kind of robot whose driver is a ROS package."""
 
     title: Text = Field(examples=["ROBOTIS TurtleBot3 Burger"], description="What people call it.")
-    driver: RosDriver = Field(
+    driver: Annotated[
+        Annotated[RosDriver, Tag(DRIVER)]
+        | Annotated[tuple[RosDriver, ...], Field(min_length=1), Tag(DRIVERS)],
+        Discriminator(_driver_form),
+    ] = Field(
         examples=[{"package": "rosaria", "executable": "RosAria", "params": {"port": "{device}"}}],
-        description="The ROS package that drives it.",
+        description="The ROS package that drives it; a list where ROS distributions have different ones.",
     )
     kinematics: Motion = Field(
         examples=[{"kind": "differential", "linear_max": 0.22, "angular_max": 2.84}],
@@ -86,6 +97,37 @@ class RosRobotType(Model):
     tried: Text = Field(
         "", examples=["not on a robot"], description="What was tried with it, and what was not."
     )
+
+    @property
+    def drivers(self) -> tuple[RosDriver, ...]:
+        """Its driver, or its drivers for different distributions."""
+        return self.driver if isinstance(self.driver, tuple) else (self.driver,)
+
+    def driver_of(self, distro: str) -> RosDriver:
+        """Returns the driver for a ROS distribution; one of another if there is none."""
+        return next((one for one in self.drivers if one.is_for(distro)), self.drivers[0])
+
+    def place_of(self, driver: RosDriver) -> tuple[str | int, ...]:
+        """Returns where one of its drivers stands in its file."""
+        if driver is self.driver:
+            return ("driver",)
+        return "driver", next(index for index, one in enumerate(self.drivers) if one is driver)
+
+    @fits_together
+    def _has_one_driver_of_each_distro(self) -> Iterator[ConsistencyError]:
+        taken: dict[str, int] = {}
+        for index, one in enumerate(self.drivers if isinstance(self.driver, tuple) else ()):
+            if not one.distros:
+                yield ConsistencyError(
+                    "`distros` is missing; name the ROS distributions of each driver in the list",
+                    "driver", index,
+                )  # fmt: skip
+            for number, distro in enumerate(one.distros):
+                if taken.setdefault(distro, index) != index:
+                    yield ConsistencyError(
+                        f"an earlier driver in the list is for `{distro}`; remove one of the two",
+                        "driver", index, "distros", number,
+                    )  # fmt: skip
 
     @property
     def settings_layer(self) -> RobotSettings:

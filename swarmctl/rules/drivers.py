@@ -11,6 +11,7 @@ from swarmctl.links.ip_link import IpLink
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.robot_types.placeholders import PlaceholderError, filled, meanings, placeholders_in
 from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.rules.topics import bridged
 from swarmctl.swarm.names import driver_node, resolved
 from swarmctl.yamltext.source import Loc
@@ -65,8 +66,9 @@ def place_of_driver(context: RuleContext, robot: str, *loc: str | int) -> Span:
     given = context.spec.robots[robot]
     if isinstance(given.driver, RosDriver):
         return context.span("robots", robot, "driver", *loc)
-    if given.driver is None and given.type in context.document.own_types:
-        return context.document.span_of_type(given.type, "driver", *loc)
+    kind = context.document.own_types.get(given.type)
+    if given.driver is None and isinstance(kind, RosRobotType):
+        return context.document.span_of_type(given.type, *kind.place_of(context.ros_drivers[robot]), *loc)
     return context.span("robots", robot, key=True)
 
 
@@ -86,6 +88,33 @@ def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
                     label="cannot be escaped",
                     help=("write the resulting value", "or set it in a launch file of your package"),
                 )
+
+
+@rule("DRIVER004")
+def drivers_of_other_distros(context: RuleContext) -> Iterator[Diagnostic]:
+    """A driver that does not exist for the ROS distribution of the swarm."""
+    ros = context.spec.ros
+    for name, driver in context.ros_drivers.items():
+        if driver.is_for(ros.distro):
+            continue
+        robot = context.spec.robots[name]
+        kind = context.types[robot.type]
+        drivers = kind.drivers if robot.driver is None and isinstance(kind, RosRobotType) else (driver,)
+        others = " and ".join(f"`{one}`" for each in drivers for one in each.distros)
+        yield Diagnostic(
+            "DRIVER004",
+            f"`{driver.package}`, the driver of robot `{name}`, is not for `{ros.distro}`",
+            place_of_driver(context, name),
+            label=f"for {others}",
+            notes=(Note(context.span("ros", "distro"), "the distribution"),)
+            if "distro" in ros.model_fields_set
+            else (),
+            help=(
+                "remove `driver`, so that swarmctl's own drives the robot"
+                if name in context.native_robots
+                else f"write a `driver` of the robot with a package for `{ros.distro}`",
+            ),
+        )
 
 
 class _Transform(NamedTuple):

@@ -117,9 +117,6 @@ def unsuitable_drivers(context: RuleContext) -> Iterator[Diagnostic]:
         elif for_board and (kind is None or kind.sketch is None):
             message = f"robot `{name}` has no rosserial firmware"
             use = "remove `driver`, so that the driver of its type is used"
-        elif for_board and "ros1-nodes" not in context.middleware.capabilities:
-            message = f"`{robot.driver}` of robot `{name}` is a package of ROS 1"
-            use = "remove `driver`, so that swarmctl's own driver reads the board"
         else:
             continue
         loc = ("robots", name, "driver")

@@ -310,7 +310,8 @@ def _of_robots(context: RuleContext) -> Iterator[tuple[Loc, RosserialProtocol | 
     """The sketches and drivers of the spec's own types and robots."""
     for name, robot_type in context.spec.types.items():
         if isinstance(robot_type, RosRobotType):
-            yield ("types", name, "driver"), robot_type.driver
+            for driver in robot_type.drivers:
+                yield ("types", name, *robot_type.place_of(driver)), driver
         elif robot_type.sketch is not None:
             yield ("types", name, "protocol"), robot_type.sketch
     for name, robot in context.spec.robots.items():

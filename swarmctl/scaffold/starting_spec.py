@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import Any, TypeVar
 
 from swarmctl.field_types import LAST_DONGLE
-from swarmctl.plugins import LINK_KINDS
+from swarmctl.plugins import LINK_KINDS, MIDDLEWARES
 from swarmctl.render.quoting import render
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.ros_robot_type import RosRobotType
@@ -60,9 +60,13 @@ def starting_spec(name: str, mode: Mode, robots: Mapping[str, str], types: Mappi
     placed = [_apart(robot, placed[:number], types[robot.type]) for number, robot in enumerate(placed)]
     hosts = _hosts(placed)
     islands = _islands([host.name for host in hosts]) if mode is Mode.COMBINED else []
+    distro = _distro([types[one] for one in robots.values()])
     text = render(
         "swarm.yaml",
         name=name,
+        distro=distro,
+        names_its_distro=distro != MIDDLEWARES.default,
+        driven=[one for one in _in_ranges(placed) if _takes_velocities(types[one.type], distro)],
         mode=mode.value,
         role=ROLES[mode].key if mode in ROLES else None,
         base=BASE,
@@ -71,6 +75,17 @@ def starting_spec(name: str, mode: Mode, robots: Mapping[str, str], types: Mappi
         islands=islands,
     )
     return text.decode()
+
+
+def _distro(types: Sequence[AnyRobotType]) -> str:
+    """Returns the first distribution for which all ROS packages among the drivers exist; else the default."""
+    drivers = [one.drivers for one in types if isinstance(one, RosRobotType)]
+    names = (one for one in MIDDLEWARES if all(any(each.is_for(one) for each in of) for of in drivers))
+    return next(names, MIDDLEWARES.default)
+
+
+def _takes_velocities(robot_type: AnyRobotType, distro: str) -> bool:
+    return not isinstance(robot_type, RosRobotType) or not robot_type.driver_of(distro).ungated
 
 
 def _placed(number: int, robot: str, type_name: str, robot_type: AnyRobotType, mode: Mode) -> _Robot:

@@ -35,7 +35,7 @@ from swarmctl.links.link_kinds import Link
 from swarmctl.plugins import NameIn
 from swarmctl.robot_types.any_robot_type import TaggedRobotType
 from swarmctl.robot_types.driver_names import DRIVERS
-from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
 from swarmctl.spec.delivered_model import PackageSource
 from swarmctl.spec.host_login import PORT, USER
@@ -152,8 +152,8 @@ class StartPose(Model):
     )
 
 
-#: Tags of the two forms of `driver`; brackets mark a step that is in no file.
-DRIVER_NAME, DRIVER = "[name]", "[driver]"
+#: Tag of a driver that is a name; brackets mark a step that is in no file.
+DRIVER_NAME = "[name]"
 
 
 def _driver_form(value: Any) -> str:

@@ -13,16 +13,17 @@ from swarmctl.links.link_kinds import OfAnyKind
 from swarmctl.plugins import LINK_KINDS
 from swarmctl.robot_types.any_robot_type import PROTOCOL, ROS
 from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
 from swarmctl.robot_types.ros_launchable import ARGUMENTS, WORDS, Arguments, Words
-from swarmctl.robot_types.ros_robot_type import RosRobotType
-from swarmctl.spec.model import DRIVER, DRIVER_NAME, Spec
+from swarmctl.robot_types.ros_robot_type import DRIVERS, RosRobotType
+from swarmctl.spec.model import DRIVER_NAME, Spec
 from swarmctl.spec.program_model import COPY, TEMPLATE, Template
 from swarmctl.units import Unit, described_with
 
 #: Steps that pydantic adds where the form of a value chooses its type, and no key does.
 FORMS: Mapping[str, Any] = {
-    PROTOCOL: RobotType, ROS: RosRobotType, DRIVER: RosDriver, DRIVER_NAME: str,
+    PROTOCOL: RobotType, ROS: RosRobotType, DRIVER: RosDriver, DRIVERS: tuple[RosDriver, ...],
+    DRIVER_NAME: str,
     ARGUMENTS: Arguments, WORDS: Words, COPY: str, TEMPLATE: Template,
 }  # fmt: skip
 

@@ -25,7 +25,9 @@ def ros_driver_of(document: Document, robot: str) -> RosDriver | None:
     elif given.driver is not None and given.driver != SWARMCTL:
         driver = document.catalog.drivers[given.driver]
     else:
-        driver = robot_type.driver if isinstance(robot_type, RosRobotType) else None
+        driver = (
+            robot_type.driver_of(document.spec.ros.distro) if isinstance(robot_type, RosRobotType) else None
+        )
     if driver is None or not isinstance(robot_type, RobotType) or robot_type.sketch is None:
         return driver
     return _of_board(driver, robot_type)
@@ -47,10 +49,10 @@ def launchable(driver: RosDriver, values: Mapping[str, str | int]) -> RosDriver:
 
     Raises PlaceholderError for a placeholder that is not in ``values``.
     """
-    args = driver.args
+    args = driver.args if driver.namespace_argument is None else driver.arguments
     return driver.model_copy(
         update={
-            "params": filled(driver.params, values),
+            "params": filled(driver.params, values) if args is driver.args else {},
             "args": filled(args, values)
             if isinstance(args, dict)
             else tuple(str(filled(word, values)) for word in args),

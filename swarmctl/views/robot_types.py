@@ -261,7 +261,11 @@ def _dead_man(kind: RobotType) -> Iterator[tuple[str, ...]]:
 
 
 def _protocol(kind: AnyRobotType) -> str:
-    return kind.protocol.kind if isinstance(kind, RobotType) else f"ROS package {kind.driver.package}"
+    if isinstance(kind, RobotType):
+        return kind.protocol.kind
+    packages = ", ".join(dict.fromkeys(one.package for one in kind.drivers))
+    distros = ", ".join(name for one in kind.drivers for name in one.distros)
+    return f"ROS package {packages}" + (f" ({distros})" if distros else "")
 
 
 def _links(kind: AnyRobotType) -> tuple[str, ...]:
@@ -270,7 +274,7 @@ def _links(kind: AnyRobotType) -> tuple[str, ...]:
 
 def _senses(kind: AnyRobotType) -> list[str]:
     if not isinstance(kind, RobotType):
-        return [one.topic for one in kind.driver.publishes]
+        return list(dict.fromkeys(topic.topic for one in kind.drivers for topic in one.publishes))
     return [one.topic for one in kind.sketch.publishes] if kind.sketch else list(kind.sensors)
 
 

@@ -15,20 +15,22 @@ Rows = Iterable[tuple[str, ...]]
 
 def sections(kind: RosRobotType) -> Iterator[tuple[str, Rows]]:
     """Yields each heading with its rows."""
-    driver = kind.driver
-    yield "Driver", _launched(driver)
+    for driver in kind.drivers:
+        yield _heading("Driver", driver), _launched(driver)
     if kind.link is not None:
         yield "Link", _link(kind.link)
     yield "Limits", _limits(kind)
-    yield (
-        "Publishes",
-        ((one.topic, one.type, f"{one.rate:g} Hz" if one.rate else "") for one in driver.publishes),
-    )
-    commands = [(driver.command, driver.command_type)] if kind.kinematics.kind != "none" else []
-    yield "Subscribes", [*commands, *((one.topic, one.type) for one in driver.subscribes)]
-    yield "When commands stop", _dead_man(kind)
+    for driver in kind.drivers:
+        yield _heading("Publishes", driver), _topics(driver.publishes)
+        commands = [(driver.command, driver.command_type)] if kind.kinematics.kind != "none" else []
+        yield _heading("Subscribes", driver), [*commands, *_topics(driver.subscribes)]
+        yield _heading("When commands stop", driver), _dead_man(kind, driver)
     if kind.source or kind.tried:
         yield "Origin", (("source", printable(kind.source)), ("tried", printable(kind.tried)))
+
+
+def _heading(what: str, driver: RosDriver) -> str:
+    return f"{what} ({', '.join(driver.distros)})" if driver.distros else what
 
 
 def _link(link: RosLink) -> Iterator[tuple[str, ...]]:
@@ -67,8 +69,7 @@ def _topics(topics: Iterable[Topic]) -> Iterator[tuple[str, ...]]:
         yield one.topic, one.type, *([f"{one.rate:g} Hz"] if one.rate else [])
 
 
-def _dead_man(kind: RosRobotType) -> Iterator[tuple[str, ...]]:
-    driver = kind.driver
+def _dead_man(kind: RosRobotType, driver: RosDriver) -> Iterator[tuple[str, ...]]:
     if kind.kinematics.kind == "none":
         yield "gate", "none: it takes no commands"
         return

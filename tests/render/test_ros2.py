@@ -23,7 +23,7 @@ from swarmctl.spec.load import load
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
 from tests.loading import load_swarm
-from tests.render.rendered import text_of
+from tests.render.rendered import bundle_of, text_of
 
 SPECS, GOLDEN = ROOT / "tests/render/ros2", ROOT / "tests/render/golden/ros2"
 #: What a release of ROS 1 has as well.
@@ -86,6 +86,18 @@ def test_golden(case: str, tmp_path: Path, golden: Callable[[Path, str], None], 
             )
             expected |= {f"{host}/UNITS", f"{host}/REQUIRES"}
     assert {str(one.relative_to(root)) for one in root.rglob("*") if one.is_file()} == expected
+
+
+#: What the drivers of vendors are started with, and how the hosts of robots with nodes find these.
+OF_VENDORS = re.compile(r"launch/|params/(?!.*\.gate)|env/fastdds\.xml$")
+
+
+def test_golden_of_vendors(tmp_path: Path, golden: Callable[[Path, str], None]) -> None:
+    """Every package of ROS 2 in the catalog, behind the gate or, where it takes no velocities, without."""
+    for host, bundle in made(tmp_path, "vendors").items():
+        for file in bundle.files:
+            if OF_VENDORS.match(file.path) and (host == "tb4-pi" or not file.path.startswith("env/")):
+                golden(GOLDEN / "vendors" / host / file.path, file.content.decode())
 
 
 def test_every_need_and_every_link_is_a_file_of_the_bundle(tmp_path: Path) -> None:
@@ -224,3 +236,31 @@ def test_a_missing_package_has_its_debian_package() -> None:
     )
     assert workspace.startswith("`cd /home/robot/ws && colcon build`")
     assert packages.startswith("`apt install ros-kilted-rclpy python3-serial`")
+
+
+CREATE = """\
+version: 1
+name: create
+mode: {mode}
+ros: {{distro: kilted}}
+hosts: {{desk: {{address: 192.168.77.10}}, pi: {{address: 192.168.77.11}}}}
+robots:
+  base: {{type: create3, host: desk, driver: {{package: republisher, executable: republisher, peer: true}}}}
+links:
+  - {{kind: wlan, name: lab, hosts: [desk, pi]}}
+  - {{kind: udp, host: desk, robot: base, address: 192.168.186.2}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("mode", "peers"),
+    [("central\nhub: desk", "192.168.77.11;192.168.186.2"), ("single-minded\nleader: desk", "192.168.186.2")],
+)
+def test_nodes_look_for_a_robot_that_runs_nodes_itself(tmp_path: Path, mode: str, peers: str) -> None:
+    desk = bundle_of(tmp_path, CREATE.format(mode=mode), "desk")
+    assert f'ROS_STATIC_PEERS="{peers}"' in text_of(desk, "env/ros.env")
+
+
+def test_nodes_of_other_hosts_do_not_look_for_it(tmp_path: Path) -> None:
+    other = bundle_of(tmp_path, CREATE.format(mode="central\nhub: desk"), "pi")
+    assert 'ROS_STATIC_PEERS="192.168.77.10"' in text_of(other, "env/ros.env")

@@ -242,4 +242,4 @@ def test_rosserial_python_is_of_ros_1(tmp_path: Path) -> None:
     spec = tmp_path / "swarm.yaml"
     text = PAIR.replace("{ROS}", "{distro: kilted}")
     spec.write_text(text.replace("khepera3,", "arduino-rover, driver: rosserial_python,"), "utf-8")
-    assert "SET003" in {one.code for one in load_swarm(spec)[1]}
+    assert "DRIVER004" in {one.code for one in load_swarm(spec)[1]}

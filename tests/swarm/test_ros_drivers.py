@@ -118,6 +118,16 @@ def test_other_robots_keep_swarmctl_s_driver(robots: dict[str, Robot]) -> None:
         ("executable: RosAria", "stops_after: 0.6", "add `executable: NODE`|has no|`executable`"),
         ("executable: RosAria", "executable: RosAria\n      ungated: true", "`ungated` needs a `reason`"),
         ("package: rosaria", "package: rosaria\n      reason: none", "`reason` belongs to `ungated: true`"),
+        (
+            "executable: RosAria",
+            "executable: RosAria\n      namespace_argument: ns",
+            "only a launch file has arguments",
+        ),
+        (
+            "launch: turtlebot3_robot.launch",
+            "launch: turtlebot3_robot.launch\n      namespace_argument: multi_robot_name",
+            "`multi_robot_name` gets the robot's namespace by `namespace_argument`",
+        ),
         ("linear_max: 1.2, ", "", "`linear_max` of differential kinematics is missing"),
         (
             "linear_max: 1.2",
@@ -142,3 +152,60 @@ def test_a_mistake_is_found_at_its_place(old: str, new: str, message: str, tmp_p
     [finding] = [one for one in found if one.severity is Severity.ERROR]
     assert re.search(message, finding.message), finding.message
     assert finding.span is not None
+
+
+BY_DISTRO = """
+version: 1
+name: lab
+mode: central
+hub: base
+ros: {distro: DISTRO}
+hosts: {base: {address: 192.168.77.10}}
+types:
+  burger:
+    title: TurtleBot3 Burger
+    driver:
+      - {distros: [noetic], package: turtlebot3_bringup, launch: turtlebot3_robot.launch}
+      - distros: [humble, jazzy]
+        package: turtlebot3_bringup
+        launch: robot.launch.py
+        namespace_argument: namespace
+        args: {usb_port: "/dev/{robot}"}
+    kinematics: {kind: differential, linear_max: 0.22, angular_max: 2.84}
+robots: {tb3-01: {type: burger, host: base}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("distro", "launched", "args"),
+    [
+        ("noetic", "turtlebot3_robot.launch", ()),
+        ("jazzy", "robot.launch.py", {"namespace": "tb3_01", "usb_port": "/dev/tb3-01"}),
+    ],
+)
+def test_the_driver_is_that_of_the_distribution(
+    tmp_path: Path, distro: str, launched: str, args: object
+) -> None:
+    driver = foreign(read(tmp_path, BY_DISTRO.replace("DISTRO", distro))[0]["tb3-01"])
+    assert (driver.ros.launch, driver.ros.args) == (launched, args)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message", "line"),
+    [
+        ("DISTRO", "kilted", "`turtlebot3_bringup`, the driver of robot `tb3-01`, is not for `kilted`", 12),
+        ("{robot}", "{device}", "`{device}` is not available for robot `tb3-01`", 17),
+        ("{distros: [noetic], ", "{", "`distros` is missing", 12),
+        ("[noetic]", "[noetic, jazzy]", "an earlier driver in the list is for `jazzy`", 13),
+        ("[noetic]", "[noetik]", "entry 1 of `distros` cannot be `noetik`", 12),
+    ],
+)
+def test_errors_of_a_list_of_drivers_point_into_it(
+    tmp_path: Path, old: str, new: str, message: str, line: int
+) -> None:
+    text = BY_DISTRO.replace(old, new, 1).replace("DISTRO", "jazzy")
+    robots, found = read(tmp_path, text)
+    assert not robots
+    assert [(one.span.line, message in one.message) for one in found if one.severity is Severity.ERROR] == [
+        (line, True)
+    ], found

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from swarmctl.links.ip_link import IpLink
 from swarmctl.render.bundle import File
 from swarmctl.render.quoting import render
 from swarmctl.swarm.addresses import ip_of
-from swarmctl.swarm.resolved import Host, Island, Swarm
+from swarmctl.swarm.resolved import ForeignDriver, Host, Island, Swarm
 
 FASTDDS, SUPER_CLIENT, CYCLONE = "env/fastdds.xml", "env/super_client.xml", "env/cyclonedds.xml"
 HUMBLE = "humble"  # the last without ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_SUPER_CLIENT
@@ -45,26 +46,37 @@ def peers_by_file(swarm: Swarm, island: Island) -> bool:
     return swarm.distro in FASTDDS_2 and island.discovery.method in ("peers", "local")
 
 
+def robots_with_nodes(swarm: Swarm, host: Host) -> list[str]:
+    """Returns the addresses of the robots of ``host`` that run nodes themselves."""
+    found = ((robot.driver, robot.link) for robot in swarm.robots_on(host.name))
+    return [
+        link.address
+        for driver, link in found
+        if isinstance(driver, ForeignDriver) and driver.ros.peer and isinstance(link, IpLink)
+    ]
+
+
 def _fastdds(swarm: Swarm, host: Host, island: Island, servers: list[tuple[str, str]] | None = None) -> bytes:
-    local = island.discovery.method == "local"
+    local, robots = island.discovery.method == "local", robots_with_nodes(swarm, host)
     peers = [LOOPBACK] if local else [swarm.hosts[name].address for name in island.hosts]
+    own = [LOOPBACK] if local else [LOOPBACK, host.address] if _is_ipv4(host.address) else []
     return render(
         "ros2/fastdds.xml",
-        addresses=[LOOPBACK] if local else [LOOPBACK, host.address] if _is_ipv4(host.address) else [],
-        peers=peers if peers_by_file(swarm, island) else [],
+        addresses=[] if robots else own,  # the network of such a robot is in no spec
+        peers=[*peers, *robots] if peers_by_file(swarm, island) else [],
         most=MOST_PARTICIPANTS if island.discovery.method in ("peers", "local") else 0,
         servers=servers or [],
     )
 
 
 def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> bytes:
-    by_peers = island.discovery.method == "peers"
+    by_peers, robots = island.discovery.method == "peers", robots_with_nodes(swarm, host)
     return render(
         "ros2/cyclonedds.xml",
-        address=host.address if ip_of(host.address) else "",
+        address=host.address if ip_of(host.address) and not robots else "",
         multicast=not by_peers,
         most=MOST_PARTICIPANTS,
-        peers=[swarm.hosts[name].address for name in island.hosts] if by_peers else [],
+        peers=[*(swarm.hosts[name].address for name in island.hosts), *robots] if by_peers else [],
     )
 
 

@@ -13,6 +13,7 @@ from swarmctl.render.ros2.discovery_files import (
     SUPER_CLIENT,
     needs_fastdds_file,
     peers_by_file,
+    robots_with_nodes,
 )
 from swarmctl.render.service_values import home
 from swarmctl.spec.ros_model import Rmw
@@ -117,9 +118,9 @@ def _range(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     if swarm.distro == HUMBLE:
         return {"ROS_LOCALHOST_ONLY": "1"} if method == "local" else {}
     found = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET" if method == "multicast" else "LOCALHOST"}
-    if method == "peers":
-        others = [swarm.hosts[name].address for name in island.hosts if name != host.name]
-        found |= {"ROS_STATIC_PEERS": ";".join(others)} if others else {}
+    others = [swarm.hosts[name].address for name in island.hosts if name != host.name and method == "peers"]
+    if method != "multicast" and (peers := [*others, *robots_with_nodes(swarm, host)]):
+        found["ROS_STATIC_PEERS"] = ";".join(peers)
     return found
 
 
