@@ -79,9 +79,10 @@ def _draft(path: Path, folder: LabFolder, kind: Kind | None, spec: Path) -> Draf
     found = _kinds(folder)
     chosen = _chosen(path, folder, found, kind)
     files = found[chosen]
+    known = load_catalog(spec.parent / "robots").types
     if chosen is Kind.CLEARPATH:
-        return draft_from_clearpath(folder, files)
-    types = with_protocol(load_catalog(spec.parent / "robots").types)
+        return draft_from_clearpath(folder, files, known)
+    types = with_protocol(known)
     if chosen is Kind.LAUNCH:
         return draft_from_launch(folder, types)
     if len(files) > 1:

@@ -14,7 +14,7 @@ from swarmctl.swarm.modes import MULTIMASTER, ROLES
 
 def arrange(draft: Draft) -> None:
     """Adds the mode, the networks and the adapters of hosts to a draft that has all else."""
-    draft.first |= _mode(draft)
+    draft.first = draft.first or dict(_mode(draft))
     mode = Mode(draft.first["mode"].value)
     if mode not in MULTIMASTER and draft.multimaster:
         place = draft.multimaster["packages"].place

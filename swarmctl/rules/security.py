@@ -118,9 +118,9 @@ def keys_beside(context: RuleContext) -> Iterator[Diagnostic]:
         )
 
 
-@rule("SEC004", needs="master")
+@rule("SEC004")
 def public_addresses(context: RuleContext) -> Iterator[Diagnostic]:
-    """A public address of a host that runs ROS; ROS 1 has no authentication."""
+    """A public address of a host that runs ROS, which has no authentication."""
     public = [
         name
         for name, ip in context.addresses.items()
@@ -131,7 +131,7 @@ def public_addresses(context: RuleContext) -> Iterator[Diagnostic]:
         verb = f"and {others} more have public addresses" if others else "has a public address"
         yield Diagnostic(
             "SEC004",
-            f"host `{public[0]}` {verb}, and ROS 1 has no authentication",
+            f"host `{public[0]}` {verb}, and ROS has no authentication",
             context.span("hosts", public[0], "address"),
             label="not a private address",
             help=(

@@ -28,10 +28,21 @@ def test_hosts_by_group_are_read(tmp_path: Path) -> None:
     }
 
 
-def test_the_platform_is_no_robot_type(tmp_path: Path) -> None:
-    found = draft(lab(tmp_path, {"robot.yaml": HUMBLE}))
-    assert data(found)["robots"] == {"j100-0001": {"host": "cpr-j100-0001"}}
-    assert "# type: my-robot  # fill in: swarmctl has no type for j100; `swarmctl driver new`" in found.text
+def test_a_known_platform_is_a_robot_type(tmp_path: Path) -> None:
+    found = data(draft(lab(tmp_path, {"robot.yaml": HUMBLE})))
+    assert found["robots"] == {"j100-0001": {"type": "clearpath-j100", "host": "cpr-j100-0001"}}
+    assert (found["mode"], found["hub"], found["ros"]) == ("central", "cpr-j100-0001", {"distro": "humble"})
+
+
+def test_another_platform_is_to_fill_in(tmp_path: Path) -> None:
+    found = draft(lab(tmp_path, {"robot.yaml": HUMBLE.replace("j100-", "r100-")}))
+    assert data(found)["robots"] == {"j100-0001": {"host": "cpr-r100-0001"}}
+    assert "# type: my-robot  # fill in: swarmctl has no type for r100; `swarmctl driver new`" in found.text
+
+
+def test_the_domain_is_kept(tmp_path: Path) -> None:
+    text = "serial_number: a\nsystem: {hosts: [{hostname: pi, ip: 192.168.131.1}], ros2: {domain_id: 7}}\n"
+    assert data(draft(lab(tmp_path, {"robot.yaml": text})))["ros"] == {"distro": "jazzy", "domain": 7}
 
 
 def test_several_files_are_one_fleet(tmp_path: Path) -> None:
@@ -43,7 +54,9 @@ def test_several_files_are_one_fleet(tmp_path: Path) -> None:
     }
     found = draft(lab(tmp_path, files))
     assert list(data(found)["hosts"]) == ["cpr-a200-0001", "base", "cpr-j100-0002"]
-    robots = {"a200-0001": {"host": "cpr-a200-0001"}, "j100-0002": {"host": "cpr-j100-0002"}}
+    robots = {
+        name: {"type": f"clearpath-{name[:4]}", "host": f"cpr-{name}"} for name in ("a200-0001", "j100-0002")
+    }
     assert data(found)["robots"] == robots
     line = next(one for one in found.text.split("\n") if "  cpr-j100-0002:" in one)
     assert "fill in: " in line
