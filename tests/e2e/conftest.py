@@ -43,6 +43,7 @@ LONGEST = (
     "test_late_hosts.py",
     "test_own_robot_page.py",
     "test_hosts.py",
+    "test_driver_table.py",
     "test_lab_fleet.py",
 )
 NOT_LAB = ("test_dead_man_page.py",)

@@ -21,6 +21,9 @@ from swarm_onboard.ros import node as ros
 from swarm_onboard.ros.arguments import own_arguments
 
 _LONGEST_WAIT = 1.0  # s
+_LONGEST_IMPORT = (
+    10.0  # s in which Python may load rclpy's libraries and run no other thread; nobody commands yet
+)
 
 
 class Node(Protocol):
@@ -90,4 +93,6 @@ def _run(node: Node, notifier: Notifier) -> None:
         stack.callback(notifier.stopping)
         loop = pool.submit(node.run, notifier.beat, wait)
         notifier.ready()  # a master that is away may take as long as it takes
-        watch(loop, node.join(loop).is_forgotten)
+        with notifier.seldom_beating(_LONGEST_IMPORT):
+            joined = node.join(loop)
+        watch(loop, joined.is_forgotten)

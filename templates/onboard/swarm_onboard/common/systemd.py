@@ -6,7 +6,7 @@ import contextlib
 import os
 import socket
 import time
-from typing import Callable, Mapping
+from typing import Callable, Iterator, Mapping
 
 REJOINS = 91
 """Exit code of a node that ends because the ROS master was restarted: no other program is known to use it."""
@@ -42,6 +42,18 @@ class Notifier:
         if self.interval is not None and now - self._last_beat >= self.interval:
             self._last_beat = now
             self._send("WATCHDOG=1")
+
+    @contextlib.contextmanager
+    def seldom_beating(self, seconds: float) -> Iterator[None]:
+        """Makes systemd's watchdog wait for ``seconds`` meanwhile."""
+        if self.interval is None:
+            yield
+            return
+        self._send(f"WATCHDOG_USEC={round(seconds * 1e6)}")
+        try:
+            yield
+        finally:
+            self._send(f"WATCHDOG_USEC={round(self.interval * 3e6)}")
 
     def status(self, text: str) -> None:
         """Sets the status text of the unit."""
