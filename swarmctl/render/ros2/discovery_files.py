@@ -14,8 +14,10 @@ FASTDDS, SUPER_CLIENT, CYCLONE = "env/fastdds.xml", "env/super_client.xml", "env
 HUMBLE = "humble"  # the last without ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_SUPER_CLIENT
 FASTDDS_2 = (HUMBLE, "jazzy")  # distributions with Fast DDS 2, which has its own variable for profiles
 LOOPBACK = "127.0.0.1"
-#: Participants of a host that others look for: twice the processes of a busy robot.
+#: Participants of a host that others can look for: twice the processes of a busy robot.
 MOST_PARTICIPANTS = 32
+#: How many they look for: each costs each node a packet every 3 s. Few steps, as a change restarts all nodes.
+_STEPS = (8, 16, MOST_PARTICIPANTS)
 
 
 def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
@@ -64,9 +66,22 @@ def _fastdds(swarm: Swarm, host: Host, island: Island, servers: list[tuple[str, 
         "ros2/fastdds.xml",
         addresses=[] if robots else own,  # the network of such a robot is in no spec
         peers=[*peers, *robots] if peers_by_file(swarm, island) else [],
-        most=MOST_PARTICIPANTS if island.discovery.method in ("peers", "local") else 0,
+        most=_sought(swarm, island) if island.discovery.method in ("peers", "local") else 0,
         servers=servers or [],
     )
+
+
+def _sought(swarm: Swarm, island: Island) -> int:
+    """Returns how many participants of each host a node looks for: twice the processes of the busiest.
+
+    Of two nodes, the one with the higher number finds the other, so tools of people are found as well.
+    """
+    processes = (
+        sum(1 + robot.gated for robot in swarm.robots_on(name)) + len(swarm.programs_on(name))
+        for name in island.hosts
+    )
+    needed = 2 * max(processes, default=0)
+    return next((one for one in _STEPS if one >= needed), MOST_PARTICIPANTS)
 
 
 def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> bytes:
