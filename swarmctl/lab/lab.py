@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from swarmctl.lab import paths, preparation, supervisor_client, supervisor_start
-from swarmctl.lab.driver_stand_ins import StandIn
+from swarmctl.lab.driver_stand_ins import StandIn, is_ros2
 from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX
 from swarmctl.lab.faults import kinds, power_faults
 from swarmctl.lab.faults.fault_kind import RunningLab, running_lab
@@ -116,8 +116,13 @@ def _stand_in(one: StandIn, state: State) -> str:
         return f"{one.starter} is in {place}"
     replaced = ", ".join((one.starter, *state.lacking(one.requires)))
     lost = ", ".join(state.missing_messages(one))
-    empty = f"; the lab lacks {lost}, so messages of it are not shown: they are empty" if lost else ""
-    return f"a stand-in moves and publishes in place of {replaced}{empty}"
+    then = (
+        "its topics are left out"
+        if is_ros2(state.plan.distro)
+        else "messages of it are not shown: they are empty"
+    )
+    without = f"; the lab lacks {lost}, so {then}" if lost else ""
+    return f"a stand-in moves and publishes in place of {replaced}{without}"
 
 
 def _all_of(plan: LabPlan) -> tuple[list[str], list[str]]:

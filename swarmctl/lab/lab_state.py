@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from swarmctl.lab.driver_stand_ins import SHARE, StandIn, has_messages, holds
+from swarmctl.lab.driver_stand_ins import StandIn, has_messages, holds, share
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.lab_plan import LabPlan
 from swarmctl.lab.paths import LabPaths
@@ -35,7 +35,7 @@ class State:
         """Returns where a ROS package is: the workspace, the image, or nothing."""
         if any(holds(space / "share", package) for space in self._spaces):
             return "the workspace"
-        return "the image" if holds(self.image / SHARE, package) else ""
+        return "the image" if holds(self.image / share(self.plan.distro), package) else ""
 
     def lacking(self, packages: Iterable[str]) -> tuple[str, ...]:
         """Returns the ROS packages that neither the image nor the workspace has."""

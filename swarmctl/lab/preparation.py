@@ -82,6 +82,7 @@ def prepare_disks(files: LabPaths, state: State) -> int:
             authorized,
             workspace=plan.workspace,
             stand_ins=[one for one in stand_ins if one.host == host.name],
+            distro=plan.distro,
             aliases=plan.aliases,
             engines=plan.engines,
         )

@@ -13,7 +13,7 @@ _NEEDS = {
     "drivers": ("driver", "command", "rosserial", "ros", "common"),
     "gate": ("gate", "command", "ros", "common"),
     "multimaster": ("multimaster", "common"),
-    "stand_in": ("stand_in",),
+    "stand_in": ("stand_in", "command", "ros", "common"),
     "teleop": ("teleop", "ros"),
 }
 

@@ -118,3 +118,8 @@ def runtime_folder(swarm: str, part: str) -> str:
 def target(swarm: str) -> str:
     """Returns the systemd target of a swarm on a host."""
     return f"swarm-{swarm}.target"
+
+
+def ros2_name(name: str) -> str:
+    """Returns a name as ROS 2 writes it: ``~/name`` for the private ``~name``."""
+    return f"~/{name[1:].lstrip('/')}" if name.startswith("~") else name

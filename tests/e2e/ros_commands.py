@@ -35,6 +35,7 @@ print(found[0])
 class RosCommands(Protocol):
     """Commands for a shell in which the environment of the swarm is set."""
 
+    name: str
     stranger: str
 
     def publish(self, topic: str, linear: float, angular: float, rate: float) -> str:
@@ -47,6 +48,7 @@ class RosCommands(Protocol):
 class Ros1:
     """With the tools of ROS 1."""
 
+    name = "ROS 1"
     stranger = "/rostopic"
 
     def publish(self, topic: str, linear: float, angular: float, rate: float) -> str:
@@ -61,6 +63,7 @@ class Ros1:
 class Ros2:
     """With rclpy: the lab has no `ros2` command."""
 
+    name = "ROS 2"
     stranger = "/ros2_topic_pub"
 
     def publish(self, topic: str, linear: float, angular: float, rate: float) -> str:

@@ -14,23 +14,20 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli import exit_codes
-from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, Note, lab_of, moves, quoted, until
+from tests.e2e.gated import CART, DESK, EXECUTED, PI, SPEED, Gated, recovers
+from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, lab_of, moves, quoted, until
 from tests.e2e.node_ends import BACK, ends_and_is_back
 from tests.timing import Promise
 
 pytestmark = pytest.mark.slow
 
-DESK, PI = "desk", "pi"
-LAUNCHED, EXECUTED, UNGATED = "burger", "cart", "free"
+LAUNCHED, UNGATED = "burger", "free"
 REASON = "the vendor's console arbitrates"
 PILOT = f"swarm-{SWARM}.pilot.service"
-GATE = f"swarm-{SWARM}.{EXECUTED}.gate.service"
 TOP = 0.15  # m/s of the burger, as its settings have it; its stand-in would do 0.22
 WISH = (0.3, 0.6)  # m/s and rad/s that the pilot commands
 WHEELS = (0.126, 0.174)  # m/s, left and right: half the wish, on the same curve
-SPEED = 0.2  # m/s
 KILLED = 1.2  # s: send_zero.py takes at most 1.0 s; the true state is 0.1 s old, and ssh takes its time
-STOPPED = 1.0  # s: as above, 0.5 s
 HUNG = 2.8  # s: its watchdog of 1 s, which systemd rounds by up to 0.25 s, then as for a killed gate
 NOT_A_NUMBER = 0.6  # s: a stop at once; the true state is 0.1 s old, and ssh takes its time
 SPEC = f"""\
@@ -42,15 +39,7 @@ hosts:
   {DESK}: {{address: 192.168.77.10, user: robot}}
   {PI}: {{address: 192.168.77.11, user: robot}}
 types:
-  cart:
-    title: Cart of a vendor
-    driver:
-      package: cart_driver
-      executable: cart_node
-      command: ~cmd_vel
-      publishes: [{{topic: odom, type: nav_msgs/Odometry, rate: 10.0}}]
-    kinematics: {{kind: differential, linear_max: 0.5, angular_max: 2.0, wheel_separation: 0.3}}
-robots:
+{CART}robots:
   {LAUNCHED}: {{type: turtlebot3-burger, host: {PI}, settings: {{limits: {{linear: {TOP}}}}}}}
   {EXECUTED}: {{type: cart, host: {PI}}}
   {UNGATED}:
@@ -171,10 +160,6 @@ def received(fleet: LabSwarm, robot: str) -> list[str]:
     return fleet.shell(PI, f"cat ~/{robot} || true").split()
 
 
-def recovers(fleet: LabSwarm) -> None:
-    until(lambda: fleet.swarmctl("status").status == 0, "the swarm does not become healthy")
-
-
 @contextmanager
 def without_pilot(fleet: LabSwarm) -> Iterator[None]:
     fleet.shell(DESK, f"sudo systemctl stop {PILOT}")
@@ -216,56 +201,11 @@ def test_a_stranger_moves_nothing_and_status_names_it(fleet: LabSwarm) -> None:
             assert fleet.robot(robot)["distance"] == before[robot]["distance"]
 
 
-def test_who_publishes_past_the_gate_is_named(fleet: LabSwarm) -> None:
-    with fleet.publishing(DESK, f"{EXECUTED}/gate", 0.3) as publisher:
-        line = f"on /{EXECUTED}/gate/cmd_vel: the driver obeys it past the gate"
-        until(lambda: line in fleet.swarmctl("status").out, "status does not name it")
-        assert fleet.swarmctl("status").status == exit_codes.UNHEALTHY
-        publisher.kill()
-    fleet.seconds_to_standstill(EXECUTED)
-    recovers(fleet)
+class TestHoweverAGateEnds(Gated):
+    """On ROS 1, where systemd runs a program that sends a zero."""
 
-
-def test_its_gate_is_killed_and_the_robot_stands(fleet: LabSwarm, promise: Promise, note: Note) -> None:
-    with fleet.driving(PI, EXECUTED, SPEED):
-        began = time.monotonic()
-        fleet.shell(PI, f"sudo systemctl kill -s KILL {GATE}")
-        fleet.seconds_to_standstill(EXECUTED)
-        took = time.monotonic() - began
-        promise("cart of a vendor: gate killed, until it stands", took, KILLED)
-        back = until(lambda: moves(fleet.robot(EXECUTED)), "its gate does not come back")
-        note("cart of a vendor: its gate obeys again after", f"{back:.1f} s", "")
-    fleet.seconds_to_standstill(EXECUTED)
-    recovers(fleet)
-
-
-def test_its_gate_is_stopped_and_the_robot_stands(fleet: LabSwarm, promise: Promise) -> None:
-    with fleet.driving(PI, EXECUTED, SPEED):
-        began = time.monotonic()
-        fleet.shell(PI, f"sudo systemctl stop --no-block {GATE}")
-        fleet.seconds_to_standstill(EXECUTED)
-        took = time.monotonic() - began
-        promise("cart of a vendor: gate's unit stopped, until it stands", took, STOPPED)
-        place = fleet.robot(EXECUTED)["distance"]
-        run = fleet.swarmctl("status")
-        assert run.status == exit_codes.UNHEALTHY
-        assert GATE in run.out
-        assert fleet.robot(EXECUTED)["distance"] == place
-        fleet.shell(PI, f"sudo systemctl start {GATE}")
-        until(lambda: moves(fleet.robot(EXECUTED)), "its gate does not obey again")
-    fleet.seconds_to_standstill(EXECUTED)
-    recovers(fleet)
-
-
-def test_its_gate_hangs_and_the_robot_stands(fleet: LabSwarm, promise: Promise) -> None:
-    with fleet.driving(PI, EXECUTED, SPEED):
-        began = time.monotonic()
-        fleet.shell(PI, f"sudo systemctl kill --kill-who=main -s STOP {GATE}")
-        fleet.seconds_to_standstill(EXECUTED)
-        took = time.monotonic() - began
-        promise("cart of a vendor: gate hung (SIGSTOP), until it stands", took, HUNG)
-    fleet.seconds_to_standstill(EXECUTED)
-    recovers(fleet)
+    KILLED = KILLED
+    HUNG = HUNG
 
 
 def test_gate_and_driver_run_again_however_they_end(fleet: LabSwarm, promise: Promise) -> None:

@@ -110,9 +110,7 @@ def _of_island(spec: Swarm, island: Island, absent: Collection[str]) -> Iterator
             topics = [topic.name for topic in robot.topics]
             full = [_full(robot, one) for one in topics]
             placed = ["/tf_static"] if any("/" in one for one in topics if not one.startswith("/")) else []
-            others = (
-                ["robot_description"] if is_ros2(spec) else ["/tf", *placed]
-            )  # a lab of ROS 2 has no tf2_msgs
+            others = ["/tf", *placed, *(["robot_description"] if is_ros2(spec) else [])]
             yield from publishes(robot.driver_node, *full, *(_full(robot, one) for one in others))
             received = [COMMAND, *actuators_of(robot.type)]
             yield from subscribes(robot.driver_node, *(f"{robot.namespace}/{one}" for one in received))

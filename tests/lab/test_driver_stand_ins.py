@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -11,10 +12,12 @@ from xml.etree import ElementTree
 import pytest
 from swarm_onboard.stand_in.config import load
 
-from swarmctl.lab.driver_stand_ins import files, state_in
+from swarmctl.lab.driver_stand_ins import state_in
 from swarmctl.lab.emulators.emulator_lookup import build_robot
 from swarmctl.lab.lab_plan import LabPlan, Workspace, plan_of
 from swarmctl.lab.lab_state import State
+from swarmctl.lab.stand_in_files import files
+from swarmctl.render.build_bundle import bundles
 from tests.lab.lab_values import swarm_from
 from tests.ros_packages.packages import manifest
 
@@ -68,12 +71,16 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> LabPlan:
 
 @pytest.fixture
 def disk(plan: LabPlan, tmp_path: Path) -> Path:
-    for one in files(plan.stand_ins):
-        path = tmp_path / one.path
+    return disk_of(plan, tmp_path)
+
+
+def disk_of(plan: LabPlan, folder: Path) -> Path:
+    for one in files(plan.stand_ins, plan.distro):
+        path = folder / one.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(one.content)
         path.chmod(0o755 if one.executable else 0o644)
-    return tmp_path
+    return folder
 
 
 def test_robots_with_a_foreign_driver_have_a_stand_in(plan: LabPlan) -> None:
@@ -107,7 +114,7 @@ def test_the_node_reads_what_the_lab_wrote(disk: Path) -> None:
     assert config.frame_of("base_link") == "base_link", "its driver is passed no prefix"
     assert config.limits == (0.22, 0.0, 0.0, 2.84), "the vendor's limits, not those of the spec"
     assert [(one.topic, one.rate) for one in config.outputs] == [("odom", 30.0), ("state", 1.0)]
-    assert load(disk / "usr/share/swarm_stand_in/robots", "/p1").inputs == ("cmd_motors",)
+    assert load(disk / "usr/share/swarm_stand_in/robots", "/p1").inputs == (("cmd_motors", "std_msgs/Bool"),)
 
 
 def test_an_installed_package_needs_no_stand_in(plan: LabPlan, tmp_path: Path) -> None:
@@ -159,3 +166,68 @@ def test_the_true_state_is_the_one_that_the_node_wrote(plan: LabPlan, tmp_path: 
     assert (state_in(tmp_path, one)["x"], state_in(tmp_path, one)["v"]) == (1.5, 0.22)
     written.write_text("{")
     assert state_in(tmp_path, one)["v"] == 0.0
+
+
+ROS_2 = SPEC.replace("hub: desk\n", "hub: desk\nros: {distro: kilted}\n")
+
+
+@pytest.fixture
+def ros_2(tmp_path: Path) -> Path:
+    """The disk of a host with ROS 2; its stand-in prints its environment and its arguments."""
+    swarm = swarm_from(
+        tmp_path, ROS_2.replace("publishes:\n", "environment: {MODEL: burger}\n      publishes:\n", 1)
+    )
+    disk = disk_of(plan_of(swarm), tmp_path / "disk")
+    for file in bundles(swarm)["desk"].files:
+        if file.path.endswith(".launch.xml"):
+            (tmp_path / Path(file.path).name).write_bytes(file.content)
+    (disk / "usr/share/swarm_stand_in/stand_in.py").write_text('#!/bin/sh\necho "$MODEL" "$@"\n')
+    command = disk / "opt/ros/kilted/bin/ros2"
+    command.write_text(command.read_text().replace("/usr/share", f"{disk}/usr/share"))
+    return disk
+
+
+def ros2_launch(disk: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [disk / "opt/ros/kilted/bin/ros2", *words],
+        capture_output=True, text=True, check=False,
+        env={**os.environ, "AMENT_PREFIX_PATH": f"/nowhere:{disk}/opt/ros/kilted"},
+    )  # fmt: skip
+
+
+def test_ros_2_finds_the_packages_of_stand_ins(ros_2: Path) -> None:
+    index = {
+        file.name for file in (ros_2 / "opt/ros/kilted/share/ament_index/resource_index/packages").iterdir()
+    }
+    assert index == {"turtlebot3_bringup", "rosaria", "aria_msgs", "tf", "ros2launch"}
+    assert (ros_2 / "opt/ros/kilted/lib/rosaria/RosAria").stat().st_mode & 0o111
+    config = json.loads((ros_2 / "usr/share/swarm_stand_in/robots/p1.json").read_text())
+    assert config["command"] == "cmd_vel"
+
+
+def test_ros2_launch_becomes_the_stand_in_as_the_driver_would_be(ros_2: Path, tmp_path: Path) -> None:
+    done = ros2_launch(ros_2, "launch", f"{tmp_path}/b-1.launch.xml")
+    words = "burger --ros-args -r __ns:=/b_1 -r /b_1/cmd_vel:=/b_1/gate/cmd_vel"
+    assert (done.stdout.strip(), done.stderr) == (words, "")
+
+
+@pytest.mark.parametrize(
+    "words", [(), ("topic", "list"), ("launch", "swarm.launch.xml"), ("launch", "none.xml")]
+)
+def test_ros2_refuses_any_other_word(ros_2: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
+    done = ros2_launch(ros_2, *(str(tmp_path / one) if one.endswith("xml") else one for one in words))
+    assert done.returncode == 1
+    assert "a lab has no ros2 command" in done.stderr
+
+
+def test_ros2_launch_runs_no_launch_file_of_another_package(ros_2: Path, tmp_path: Path) -> None:
+    (ros_2 / "opt/ros/kilted/share/turtlebot3_bringup/launch/turtlebot3_robot.launch").write_text("<launch/>")
+    done = ros2_launch(ros_2, "launch", f"{tmp_path}/b-1.launch.xml")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "turtlebot3_robot.launch has no stand-in" in done.stderr
+
+
+def test_private_names_are_written_as_ros_2_has_them(tmp_path: Path) -> None:
+    changed = ROS_2.replace("executable: RosAria", "executable: RosAria\n      command: ~cmd_vel")
+    stand_in = next(one for one in plan_of(swarm_from(tmp_path, changed)).stand_ins if one.robot == "p1")
+    assert json.loads(stand_in.config)["command"] == "~/cmd_vel"

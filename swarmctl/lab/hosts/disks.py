@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.lab.driver_stand_ins import StandIn
-from swarmctl.lab.driver_stand_ins import files as stand_ins_files
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts.containers import packages_of
 from swarmctl.lab.hosts.processes import run
 from swarmctl.lab.lab_plan import LabHost, Workspace
 from swarmctl.lab.paths import HostPaths
+from swarmctl.lab.stand_in_files import files as stand_ins_files
 
 Aliases = Sequence[tuple[str, str]]  # names with their addresses
 
@@ -118,9 +118,9 @@ def workspace_entries(workspace: Workspace) -> Iterator[Entry | Link]:
     yield Entry(SWARM_UNITS_DROP_IN, f"[Service]\nProtectHome=tmpfs\nBindReadOnlyPaths={bound}\n")
 
 
-def stand_in_entries(stand_ins: Iterable[StandIn]) -> Iterator[Entry]:
-    """Yields the files of a host's stand-ins."""
-    for one in stand_ins_files(stand_ins):
+def stand_in_entries(stand_ins: Iterable[StandIn], distro: str) -> Iterator[Entry]:
+    """Yields the files of a host's stand-ins; ``distro``: of ROS."""
+    for one in stand_ins_files(stand_ins, distro):
         yield Entry(one.path, one.content, 0o755 if one.executable else 0o644)
 
 
@@ -159,12 +159,13 @@ def prepare(
     *,
     workspace: Workspace | None = None,
     stand_ins: Iterable[StandIn] = (),
+    distro: str = "",
     aliases: Aliases = (),
     engines: Sequence[str] = (),
 ) -> bool:
     """Creates the disk of a host, atomically. Returns False if the host already has one.
 
-    ``engines``: of its containers, such as podman.
+    ``distro``: of ROS, for ``stand_ins``; ``engines``: of its containers, such as podman.
     """
     if files.directory.exists():
         return False
@@ -182,7 +183,7 @@ def prepare(
         host, Accounts.of(image), key.read_text(), authorized, secrets.token_hex(16), aliases=aliases
     )
     built = workspace_entries(workspace) if workspace else ()
-    write(fresh.upper, image, (*own, *built, *stand_in_entries(stand_ins)))
+    write(fresh.upper, image, (*own, *built, *stand_in_entries(stand_ins, distro)))
     key.unlink()
     fresh.directory.rename(files.directory)
     return True

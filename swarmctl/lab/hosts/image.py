@@ -86,8 +86,12 @@ def _packages(distro: str) -> tuple[str, ...]:
 
 def bootstrap_argv(directory: Path, more: tuple[str, ...] = (), distro: str = "") -> tuple[str, ...]:
     """Returns the mmdebstrap command."""
-    packages = ",".join((*_packages(distro), *more))
-    return ("mmdebstrap", "--verbose", "--variant=minbase", f"--include={packages}", SUITE, str(directory))
+    return _mmdebstrap(directory, (*_packages(distro), *more))
+
+
+def _mmdebstrap(directory: Path, packages: Sequence[str]) -> tuple[str, ...]:
+    include = f"--include={','.join(packages)}"
+    return ("mmdebstrap", "--verbose", "--variant=minbase", include, SUITE, str(directory))
 
 
 def ensure(
@@ -142,11 +146,23 @@ def build(directory: Path, progress_to: Progress, more: tuple[str, ...] = (), di
         _bootstrap(isolated(bootstrap_argv(directory, more, distro)), progress_to)
         if ros_wheels.exist_for(distro):
             ros_wheels.install(distro, Path(wheels), directory)
+            _compile_messages(distro, Path(wheels), directory, progress_to)
             run(isolated(ros_wheels.compile_argv(distro, directory)))
     finish(directory)
     for path, content in containers.settings_of(more).items():
         (directory / path).parent.mkdir(parents=True, exist_ok=True)
         (directory / path).write_text(content)
+
+
+def _compile_messages(distro: str, wheels: Path, image: Path, progress_to: Progress) -> None:
+    """Adds the messages that are compiled; the compiler is in a place of its own, which is removed."""
+    with tempfile.TemporaryDirectory(prefix=f"{image.name}-builder-", dir=image.parent) as place:
+        progress_to("compiling tf2_msgs")
+        builder = Path(place)
+        _bootstrap(isolated(_mmdebstrap(builder, ros_wheels.COMPILERS)), progress_to)
+        ros_wheels.install_generators(distro, wheels, builder)
+        run(isolated(ros_wheels.messages_argv(distro, builder)))
+        ros_wheels.install_messages(distro, builder, image)
 
 
 def _bootstrap(argv: Sequence[str], progress_to: Progress) -> None:

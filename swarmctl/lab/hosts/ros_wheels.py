@@ -6,9 +6,10 @@ A distro has an image with ROS 2 if its requirements file is shipped; of the oth
 from __future__ import annotations
 
 import platform
+import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 from zipfile import ZipFile, ZipInfo
@@ -22,6 +23,9 @@ MACHINE = "x86_64"  # no other has wheels
 PLATFORM = f"manylinux_2_28_{MACHINE}"
 #: What the wheels need of Debian.
 PACKAGES = ("python3-numpy", "python3-psutil", "python3-typing-extensions", "python3-yaml")
+#: What compiles tf2_msgs, of which there is no wheel, elsewhere than in the image.
+COMPILERS = ("g++", "libc6-dev", "python3-dev", "python3-empy", "python3-lark", "python3-numpy")
+GENERATORS, SCRIPT = "generators", "tf2_msgs.py"
 #: Of a package that CMake alone builds, such as Fast DDS: its wheel has none.
 MANIFEST = "<package><name>{name}</name></package>\n"
 SETUP_FILES = ("setup.sh", "setup.bash", "local_setup.sh", "local_setup.bash")
@@ -47,6 +51,9 @@ def recipe(distro: str) -> tuple[str, ...]:
     """Returns all that decides what ``install`` puts into an image."""
     return (
         _requirements(distro).read_text("utf-8"),
+        _requirements(distro, GENERATORS).read_text("utf-8"),
+        _script().read_text("utf-8"),
+        *COMPILERS,
         setup_text(distro),
         *SETUP_FILES,
         MANIFEST,
@@ -55,8 +62,12 @@ def recipe(distro: str) -> tuple[str, ...]:
     )
 
 
-def _requirements(distro: str) -> Path:
-    return resources.templates() / "lab" / f"ros2-{distro}.txt"
+def _requirements(distro: str, what: str = "ros2") -> Path:
+    return resources.templates() / "lab" / f"{what}-{distro}.txt"
+
+
+def _script() -> Path:
+    return resources.templates() / "lab" / SCRIPT
 
 
 def _prefix(distro: str) -> PurePosixPath:
@@ -72,7 +83,7 @@ def setup_text(distro: str) -> str:
 
 
 def download(distro: str, folder: Path) -> None:
-    """Downloads the wheels of a distro into ``folder``, by pip.
+    """Downloads the wheels of a distro into ``folder``, its generators into a folder below, by pip.
 
     Raises ``NoWheelsError``, and ``LabError`` if a wheel is another one than was pinned.
     """
@@ -83,9 +94,13 @@ def download(distro: str, folder: Path) -> None:
     argv = (
         *(sys.executable, "-m", "pip", "download", "-qq", "--disable-pip-version-check", "--no-input"),
         *("--no-deps", "--require-hashes", "--only-binary=:all:", "--implementation=cp"),
-        *(f"--python-version={PYTHON}", f"--platform={PLATFORM}", f"--dest={folder}"),
-        f"--requirement={_requirements(distro)}",
+        *(f"--python-version={PYTHON}", f"--platform={PLATFORM}"),
     )
+    for place, what in ((folder, "ros2"), (folder / GENERATORS, GENERATORS)):
+        _pip((*argv, f"--dest={place}", f"--requirement={_requirements(distro, what)}"), distro)
+
+
+def _pip(argv: Sequence[str], distro: str) -> None:
     done = subprocess.run(argv, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
     if "DO NOT MATCH THE HASHES" in done.stderr:
         raise LabError(f"wheels of ROS 2 {distro} are not those that were pinned", *done.stderr.splitlines())
@@ -109,6 +124,23 @@ def install(distro: str, wheels: Path, image: Path) -> None:
         manifest = build_files.with_name("package.xml")
         if not manifest.exists():
             manifest.write_text(MANIFEST.format(name=manifest.parent.name))
+
+
+def install_generators(distro: str, wheels: Path, builder: Path) -> None:
+    """Does what ``install`` does for a place in which tf2_msgs is compiled, with what that needs."""
+    install(distro, wheels, builder)
+    install(distro, wheels / GENERATORS, builder)
+    shutil.copy(_script(), builder)
+
+
+def messages_argv(distro: str, builder: Path) -> tuple[str, ...]:
+    """Returns the command that generates and compiles tf2_msgs in ``builder``."""
+    return ("chroot", str(builder), "/usr/bin/python3", f"/{SCRIPT}", f"/{_prefix(distro)}", "/built")
+
+
+def install_messages(distro: str, builder: Path, image: Path) -> None:
+    """Copies what ``messages_argv`` has compiled into an image."""
+    shutil.copytree(builder / "built", image / _prefix(distro), dirs_exist_ok=True)
 
 
 def compile_argv(distro: str, image: Path) -> tuple[str, ...]:

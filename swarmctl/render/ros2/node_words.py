@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from swarmctl.render.yaml_params import params_file
+from swarmctl.swarm import names
 
 
 def ros_args(
@@ -30,11 +31,7 @@ def _words(node: str, remap: Mapping[str, str], params: Sequence[str]) -> Iterat
 
 def remapping(remap: Mapping[str, str]) -> dict[str, str]:
     """Returns names to change as ROS 2 writes them: ``~/name`` for the private ``~name``."""
-    return {_private(old): _private(new) for old, new in remap.items()}
-
-
-def _private(name: str) -> str:
-    return f"~/{name[1:].lstrip('/')}" if name.startswith("~") else name
+    return {names.ros2_name(old): names.ros2_name(new) for old, new in remap.items()}
 
 
 def node_params(params: Mapping[str, Any]) -> bytes:

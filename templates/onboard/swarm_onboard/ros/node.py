@@ -126,6 +126,11 @@ def md5sum_and_least(name: str) -> tuple[str, int] | None:
     return known
 
 
+def message_class(name: str) -> Any:
+    """Returns the class of a message type such as ``std_msgs/String``; None if this host has none."""
+    return _face("board_types").message_class(name)
+
+
 def _face(module: str) -> Any:
     return import_module(f"swarm_onboard.{_package()}.{module}")
 

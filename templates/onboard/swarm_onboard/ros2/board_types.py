@@ -7,7 +7,7 @@ import re
 from functools import lru_cache
 from hashlib import md5
 from pathlib import Path
-from typing import Iterator
+from typing import Any, Iterator
 
 from swarm_onboard.ros2 import ros1_bytes
 
@@ -29,6 +29,14 @@ def md5sum_and_least(name: str) -> tuple[str, int] | None:
         return None
     try:
         return _md5sum(name), len(ros1_bytes.encode(ros1_bytes.message_class(name)()))
+    except Exception:  # noqa: BLE001  whatever is wrong with a package, it has no such type for us
+        return None
+
+
+def message_class(name: str) -> Any:
+    """Returns the class of a message type; None if this host has none."""
+    try:
+        return ros1_bytes.message_class(name)
     except Exception:  # noqa: BLE001  whatever is wrong with a package, it has no such type for us
         return None
 

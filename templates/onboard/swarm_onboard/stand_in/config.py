@@ -22,7 +22,8 @@ class Output:
 class Config:
     """What the driver takes and gives. ``frame`` begins the names of its frames; empty if nothing does.
 
-    ``wheel_separation`` is 0 for a robot without wheels; ``inputs`` are the topics beside ``command``.
+    ``wheel_separation`` is 0 for a robot without wheels; ``inputs`` are the topics beside ``command``, with
+    their types.
     """
 
     robot: str
@@ -32,7 +33,7 @@ class Config:
     command_type: str
     limits: Axes
     wheel_separation: float
-    inputs: tuple[str, ...]
+    inputs: tuple[tuple[str, str], ...]
     outputs: tuple[Output, ...]
 
     def frame_of(self, name: str) -> str:
@@ -44,12 +45,13 @@ def load(folder: Path, namespace: str) -> Config:
     """Reads the configuration for a node in ``namespace``. Raises ``OSError`` where there is none."""
     name = namespace.strip("/").replace("/", ".")
     data = json.loads((folder / (name + ".json")).read_text())
-    x, y, z, turn = data["limits"]
+    x, y, z, turn = map(float, data["limits"])
     return Config(
         **{
             **data,
             "limits": (x, y, z, turn),
-            "inputs": tuple(data["inputs"]),
+            "inputs": tuple((topic, kind) for topic, kind in data["inputs"]),
+            "wheel_separation": float(data["wheel_separation"]),
             "outputs": tuple(Output(**one) for one in data["outputs"]),
         }
     )

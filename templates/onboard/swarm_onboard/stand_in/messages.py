@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, Callable
 
+from swarm_onboard.command.transforms import transform, turned_by
 from swarm_onboard.stand_in.body import Axes, Body
 from swarm_onboard.stand_in.config import Config
 
@@ -23,18 +24,16 @@ def fill(message: Any, kind: str, config: Config, body: Body, now: Any) -> Any:
     return message
 
 
-def transform(stamped: Any, config: Config, body: Body, now: Any) -> Any:
+def odometry_transform(config: Config, body: Body, now: Any) -> Any:
     """Returns the geometry_msgs/TransformStamped from the odometry frame to the body."""
-    stamped.header.stamp = now
-    stamped.header.frame_id = config.odom_frame
-    stamped.child_frame_id = config.frame_of("base_link")
-    _place(stamped.transform.translation, stamped.transform.rotation, body)
-    return stamped
+    pose = body.pose
+    place, turned = (pose.x, pose.y, pose.z), turned_by(pose.theta)
+    return transform(config.odom_frame, config.frame_of("base_link"), place, turned, now)
 
 
-def _place(position: Any, orientation: Any, body: Body) -> None:
-    position.x, position.y, position.z = body.pose.x, body.pose.y, body.pose.z
-    orientation.z, orientation.w = math.sin(body.pose.theta / 2), math.cos(body.pose.theta / 2)
+def _place(pose: Any, body: Body) -> None:
+    pose.position.x, pose.position.y, pose.position.z = body.pose.x, body.pose.y, body.pose.z
+    pose.orientation = turned_by(body.pose.theta)
 
 
 def _move(twist: Any, velocity: Axes) -> None:
@@ -44,13 +43,13 @@ def _move(twist: Any, velocity: Axes) -> None:
 def _odometry(message: Any, config: Config, body: Body) -> None:
     message.header.frame_id = config.odom_frame
     message.child_frame_id = config.frame_of("base_link")
-    _place(message.pose.pose.position, message.pose.pose.orientation, body)
+    _place(message.pose.pose, body)
     _move(message.twist.twist, body.velocity)
 
 
 def _pose(message: Any, config: Config, body: Body) -> None:
     message.header.frame_id = config.odom_frame
-    _place(message.pose.position, message.pose.orientation, body)
+    _place(message.pose, body)
 
 
 def _twist(message: Any, _config: Config, body: Body) -> None:
@@ -66,8 +65,7 @@ def _scan(message: Any, config: Config, _body: Body) -> None:
 
 
 def _imu(message: Any, _config: Config, body: Body) -> None:
-    message.orientation.z = math.sin(body.pose.theta / 2)
-    message.orientation.w = math.cos(body.pose.theta / 2)
+    message.orientation = turned_by(body.pose.theta)
     message.angular_velocity.z = body.velocity[3]
     message.linear_acceleration.z = _GRAVITY
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from swarm_onboard.stand_in.ros import run
+from swarm_onboard.stand_in.topics import run
 
 if __name__ == "__main__":
     run(Path(__file__).resolve().parent / "robots", Path(os.environ.get("ROS_HOME") or "."))
