@@ -37,7 +37,6 @@ METHODS = ("peers", "server", "multicast")
 NODES = (3, 6, 12, 20)
 HOSTS = ("one", "two", "three")
 SETTLED = 5.0  # s after all topics are connected, in which the rest is announced
-GONE = 5.0  # s in which nodes that end have taken leave
 SPEC = """\
 version: 1
 name: bench
@@ -49,7 +48,9 @@ robots: {{koala: {{type: koala, host: one}}}}
 links:
   - {{kind: wlan, name: lab, hosts: [one, two, three]}}
   - {{kind: serial, host: one, robot: koala, usb: {{serial: KOALA1}}}}
+programs:
 """
+PROGRAM = "  n{}: {{host: {}, package: ring, executable: ring, lifecycle: interactive, optional: true}}\n"
 
 
 @dataclass(frozen=True)
@@ -72,9 +73,11 @@ class Measured:
     seconds: float
 
 
-def swarm_of(folder: Path, method: str) -> Swarm:
-    spec = folder / f"{method}.yaml"
-    spec.write_text(SPEC.format(distro=DISTRO, method=method))
+def swarm_of(folder: Path, method: str, count: int) -> Swarm:
+    """The swarm with ``count`` nodes as its programs, which are started by hand here."""
+    spec = folder / f"{method}-{count}.yaml"
+    programs = "".join(PROGRAM.format(number, HOSTS[number % len(HOSTS)]) for number in range(count))
+    spec.write_text(SPEC.format(distro=DISTRO, method=method) + programs)
     swarm, diagnostics = load_swarm(spec)
     if swarm is None:
         raise SystemExit(f"the benchmark's own spec is wrong: {diagnostics}")
@@ -186,16 +189,15 @@ def main() -> int:
     print("|---|---|---|---|---|---|")
     try:
         for method in METHODS:
-            with booted(swarm_of(folder, method)) as name:
-                for count in NODES:
+            for count in NODES:
+                with booted(swarm_of(folder, method, count)) as name:
                     found = measured(name, count, given.seconds)
-                    print(
-                        f"| `{method}` | {count} | {found.start.packets} | {found.start.bytes / 1000:.0f}"
-                        f" | {found.rest.packets / found.seconds:.1f}"
-                        f" | {found.rest.bytes / found.seconds / 1000:.1f} |",
-                        flush=True,
-                    )
-                    time.sleep(GONE)
+                print(
+                    f"| `{method}` | {count} | {found.start.packets} | {found.start.bytes / 1000:.0f}"
+                    f" | {found.rest.packets / found.seconds:.1f}"
+                    f" | {found.rest.bytes / found.seconds / 1000:.1f} |",
+                    flush=True,
+                )
     finally:
         shutil.rmtree(folder)
     return 0

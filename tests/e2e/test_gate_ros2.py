@@ -153,8 +153,8 @@ def test_a_stranger_moves_nothing_and_status_names_it(fleet: LabSwarm) -> None:
 class TestHoweverAGateEnds(Gated):
     """On ROS 2, where the gate's next start sends the zero; it obeys whoever commands then."""
 
-    KILLED = 5.0
-    HUNG = 6.5
+    KILLED = 2.5
+    HUNG = 4.5
 
     def then(self, commander: Publisher) -> None:
         commander.kill()

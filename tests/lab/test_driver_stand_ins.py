@@ -173,9 +173,13 @@ ROS_2 = SPEC.replace("hub: desk\n", "hub: desk\nros: {distro: kilted}\n")
 
 @pytest.fixture
 def ros_2(tmp_path: Path) -> Path:
+    return ros_2_disk(tmp_path, ROS_2)
+
+
+def ros_2_disk(tmp_path: Path, text: str) -> Path:
     """The disk of a host with ROS 2; its stand-in prints its environment and its arguments."""
     swarm = swarm_from(
-        tmp_path, ROS_2.replace("publishes:\n", "environment: {MODEL: burger}\n      publishes:\n", 1)
+        tmp_path, text.replace("publishes:\n", "environment: {MODEL: burger}\n      publishes:\n", 1)
     )
     disk = disk_of(plan_of(swarm), tmp_path / "disk")
     for file in bundles(swarm)["desk"].files:
@@ -208,6 +212,23 @@ def test_ros_2_finds_the_packages_of_stand_ins(ros_2: Path) -> None:
 def test_ros2_launch_becomes_the_stand_in_as_the_driver_would_be(ros_2: Path, tmp_path: Path) -> None:
     done = ros2_launch(ros_2, "launch", f"{tmp_path}/b-1.launch.xml")
     words = "burger --ros-args -r __ns:=/b_1 -r /b_1/cmd_vel:=/b_1/gate/cmd_vel"
+    assert (done.stdout.strip(), done.stderr) == (words, "")
+
+
+SPACED = "launch: turtlebot3_robot.launch\n      namespace_argument: ns"  # of b-1
+
+
+def test_a_launch_file_that_takes_the_namespace_puts_the_stand_in_there(tmp_path: Path) -> None:
+    swarm = swarm_from(tmp_path, SPEC.replace("launch: turtlebot3_robot.launch", SPACED, 1))
+    disk = disk_of(plan_of(swarm), tmp_path / "disk")
+    launch = ElementTree.parse(disk / "usr/share/turtlebot3_bringup/launch/turtlebot3_robot.launch").getroot()
+    assert [one.get("ns") for one in launch.iter("node")] == ["$(arg ns)"]
+
+
+def test_so_it_does_on_ros_2(tmp_path: Path) -> None:
+    disk = ros_2_disk(tmp_path, ROS_2.replace("launch: turtlebot3_robot.launch", SPACED, 1))
+    done = ros2_launch(disk, "launch", f"{tmp_path}/b-1.launch.xml")
+    words = "burger --ros-args -r /b_1/cmd_vel:=/b_1/gate/cmd_vel -r __ns:=/b_1"
     assert (done.stdout.strip(), done.stderr) == (words, "")
 
 
