@@ -132,6 +132,11 @@ def test_refused_nodes_are_whole_names():
             f"refuses /rostopic_77 on 127.0.0.1: {NOT_AMONG} {OTHERWISE}",
         ),
         (
+            Sender("/rostopic_77", ""),
+            False,
+            f"refuses /rostopic_77: {NOT_AMONG}",
+        ),
+        (
             Sender("/rostopic_77", None),
             False,
             "refuses /rostopic_77: the master has not reported where it runs",

@@ -57,7 +57,10 @@ def commander_of(data: Mapping[str, Any]) -> Commander:
 
 @dataclass(frozen=True)
 class Sender:
-    """A node that sends commands, and the host in its URI: none while that is not known."""
+    """A node that sends commands, and the host in its URI.
+
+    None while that is not known; empty if the graph has no hosts.
+    """
 
     node: str
     host: str | None = None
@@ -192,7 +195,7 @@ class Authority:
             return "the master has not reported where it runs"
         named = "not among its commanders " + ", ".join(dict.fromkeys(one.name for one in self._commanders))
         addresses = [address for one in self._commanders for address in one.addresses]
-        if not addresses or _form(sender.host) in map(_form, addresses):
+        if not addresses or not sender.host or _form(sender.host) in map(_form, addresses):
             return named
         # The same host under another name cannot be distinguished from another host.
         return "{} (known as {}: was it started with another ROS_IP?)".format(named, ", ".join(addresses))
