@@ -121,6 +121,8 @@ def keys_beside(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("SEC004")
 def public_addresses(context: RuleContext) -> Iterator[Diagnostic]:
     """A public address of a host that runs ROS, which has no authentication."""
+    if not context.middleware.capabilities & {"master", "domains"}:
+        return
     public = [
         name
         for name, ip in context.addresses.items()

@@ -218,7 +218,7 @@ def test_ros2_launch_becomes_the_stand_in_as_the_driver_would_be(ros_2: Path, tm
 SPACED = "launch: turtlebot3_robot.launch\n      namespace_argument: ns"  # of b-1
 
 
-def test_a_launch_file_that_takes_the_namespace_puts_the_stand_in_there(tmp_path: Path) -> None:
+def test_a_launch_file_can_set_the_namespace_itself(tmp_path: Path) -> None:
     swarm = swarm_from(tmp_path, SPEC.replace("launch: turtlebot3_robot.launch", SPACED, 1))
     disk = disk_of(plan_of(swarm), tmp_path / "disk")
     launch = ElementTree.parse(disk / "usr/share/turtlebot3_bringup/launch/turtlebot3_robot.launch").getroot()
