@@ -153,7 +153,6 @@ def used(swarm: LabSwarm) -> Mapping[str, Used]:
         ahead = time.monotonic() - silent
         stood = swarm.seconds_to_standstill(*robots)
         lost = withheld() - lost
-        time.sleep(0.5)
         user.next()
         seen = json.loads(user.line() or "{}")
     after = swarm.robots()

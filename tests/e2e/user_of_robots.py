@@ -2,8 +2,9 @@
 types, the command (m/s, rad/s) and the settings by topic.
 
 It prints a line when every topic has brought a message, or its input a line. It then commands and sets
-until a line comes, and prints the moment of its last command; after another line, what came of each robot:
-by topic, the frame and its child; the first pose and the last; the name of the diagnostics.
+until a line comes, and prints the moment of its last command; after another line, and once odometry is newer
+than that, what came of each robot: by topic, the frame and its child; the first pose and the last; the name
+of the diagnostics.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from std_msgs.msg import UInt8, UInt8MultiArray
 RATE = 10.0  # Hz
 ROBOTS: dict[str, Any] = json.loads(sys.argv[1])
 SEEN: dict[str, Any] = {name: {"frames": {}, "poses": [], "statuses": []} for name in ROBOTS}
+STAMPS = dict.fromkeys(ROBOTS, 0.0)  # of the last odometry, s since the epoch
 
 
 class Ros1:
@@ -101,6 +103,8 @@ def main() -> None:
         time.sleep(1 / RATE)
     print(last, flush=True)
     wait(a_line)
+    stands = time.time()
+    wait(lambda: min(STAMPS.values()) > stands)
     print(json.dumps(SEEN), flush=True)
 
 
@@ -158,6 +162,8 @@ def moved(robot: str, message: Any) -> None:
     pose = message.pose.pose
     turn = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
     SEEN[robot]["poses"][1:] = [[pose.position.x, pose.position.y, turn]]
+    stamp = message.header.stamp
+    STAMPS[robot] = stamp.to_sec() if hasattr(stamp, "to_sec") else stamp.sec + stamp.nanosec * 1e-9
 
 
 def diagnosed(message: Any) -> None:
