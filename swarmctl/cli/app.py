@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 import typer
 
@@ -13,97 +14,174 @@ from swarmctl.cli.exit_codes import CHANGES, HOSTS_FAILED, HOSTS_UNREACHABLE, NO
 from swarmctl.cli.lazy_verbs import LazyVerbs, Verb
 from swarmctl.version import __version__
 
+_WRITE = (
+    Verb(
+        "init",
+        "Write a valid spec to DIR/swarm.yaml and the schemas for editors to DIR/.swarmctl.",
+        example="init lab --robot k3=khepera3 --robot koala=koala",
+    ),
+    Verb(
+        "import",
+        "Draft a spec from launch files and scripts, an Ansible inventory or a Clearpath robot.yaml.",
+        example="import ~/lab -o swarm.yaml",
+    ),
+    Verb(
+        "spec",
+        "Print the effective spec: files merged, ranges and selections expanded, defaults applied.",
+        example="spec swarm.yaml -f night.yaml",
+    ),
+    Verb(
+        "mode",
+        "Infer the mode of a spec, or convert it to another mode.",
+        example="mode convert swarm.yaml --to leader",
+    ),
+    Verb(
+        "swap",
+        "Exchange the devices of two robots: addresses, calibration and wiring. Names and roles stay.",
+        example="swap swarm.yaml epuck-1 epuck-2",
+    ),
+    Verb(
+        "driver",
+        "Show robot types, write your own, test a robot with it.",
+        example="driver show khepera3",
+    ),
+    Verb(
+        "schema",
+        "Print the JSON Schema of a spec or of a robot type (draft-07), or of what status --json prints.",
+        example="schema swarm",
+    ),
+)
+_CHECK = (
+    Verb("validate", "Check specs.", example="validate swarm.yaml --fix"),
+    Verb("rules", "List the rules that check a spec.", example="rules"),
+    Verb(
+        "explain",
+        "Explain one rule: what it finds, why it matters, how to fix it.",
+        module="rules",
+        example="explain NET001",
+    ),
+    Verb("graph", "Show a swarm as a graph, or analyse it.", example="graph swarm.yaml --impact"),
+    Verb("render", "Write the release of each host to DIR/HOST.", example="render swarm.yaml --out out"),
+    Verb(
+        "lab",
+        "Run the swarm on this machine: real hosts in namespaces, emulated robots.",
+        example="lab up swarm.yaml",
+    ),
+    Verb("emulate", "Run one emulated robot on a pty.", example="emulate khepera3"),
+)
+_BRING = (
+    Verb(
+        "trust",
+        "Show the SSH keys of new hosts and pin them in NAME.known_hosts beside the spec.",
+        HOSTS_UNREACHABLE,
+        example="trust swarm.yaml",
+    ),
+    Verb(
+        "prepare",
+        "Install on each host what it lacks: account, packages, groups, built workspace.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="prepare swarm.yaml",
+    ),
+    Verb(
+        "plan",
+        "Show the steps of a deploy on each host, with their causes.",
+        CHANGES,
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="plan swarm.yaml",
+    ),
+    Verb(
+        "deploy",
+        "Deploy the spec to its hosts, wave by wave.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="deploy swarm.yaml --yes",
+    ),
+    Verb(
+        "adopt",
+        "Bring what was edited on hosts into the files of the spec.",
+        HOSTS_UNREACHABLE,
+        example="adopt swarm.yaml k3-pi",
+    ),
+    Verb(
+        "history",
+        "List the runs that changed the hosts, from their logs.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="history swarm.yaml",
+    ),
+    Verb(
+        "rollback",
+        "Bring hosts back to the releases that they had before the last run.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="rollback swarm.yaml",
+    ),
+    Verb(
+        "remove",
+        "Remove the swarm from its hosts: stop the robots; remove units, links and /opt/swarm/<name>.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="remove swarm.yaml",
+    ),
+    Verb(
+        "firmware",
+        "Build the sketch of a robot's board and write it to the board.",
+        example="firmware flash swarm.yaml rover",
+    ),
+)
+_LOOK = (
+    Verb(
+        "status",
+        "Show the health of hosts, robots and programs.",
+        HOSTS_UNREACHABLE,
+        UNHEALTHY,
+        example="status swarm.yaml --watch",
+    ),
+    Verb(
+        "exporter",
+        "Serve the health of the swarm to Prometheus, until Ctrl-C.",
+        example="exporter swarm.yaml",
+    ),
+)
+_DRIVE = (
+    Verb(
+        "stop",
+        "Stop robots at once, and keep them stopped until `swarmctl start`.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        NOT_PROVEN,
+        example="stop",
+    ),
+    Verb(
+        "start",
+        "Release robots that `swarmctl stop` has stopped; each stands until its next command.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="start swarm.yaml koala",
+    ),
+    Verb(
+        "restart",
+        "Restart the drivers and other units of robots.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="restart swarm.yaml k3",
+    ),
+)
+
 
 class Verbs(LazyVerbs):
     """All verbs, in the order of ``--help``. Each is a function or a group in ``swarmctl/cli/verbs``."""
 
-    verbs = (
-        Verb("init", "Write a valid spec to DIR/swarm.yaml and the schemas for editors to DIR/.swarmctl."),
-        Verb(
-            "import",
-            "Draft a spec from launch files and scripts, an Ansible inventory or a Clearpath robot.yaml.",
-        ),
-        Verb("validate", "Check specs."),
-        Verb(
-            "spec",
-            "Print the effective spec: files merged, ranges and selections expanded, defaults applied.",
-        ),
-        Verb("render", "Write the release of each host to DIR/HOST."),
-        Verb("graph", "Show a swarm as a graph, or analyse it."),
-        Verb(
-            "trust",
-            "Show the SSH keys of new hosts and pin them in NAME.known_hosts beside the spec.",
-            HOSTS_UNREACHABLE,
-        ),
-        Verb(
-            "prepare",
-            "Install on each host what it lacks: account, packages, groups, built workspace.",
-            HOSTS_FAILED,
-            HOSTS_UNREACHABLE,
-        ),
-        Verb(
-            "plan",
-            "Show the steps of a deploy on each host, with their causes.",
-            CHANGES,
-            HOSTS_FAILED,
-            HOSTS_UNREACHABLE,
-        ),
-        Verb(
-            "adopt",
-            "Bring what was edited on hosts into the files of the spec.",
-            HOSTS_UNREACHABLE,
-        ),
-        Verb("deploy", "Deploy the spec to its hosts, wave by wave.", HOSTS_FAILED, HOSTS_UNREACHABLE),
-        Verb(
-            "history",
-            "List the runs that changed the hosts, from their logs.",
-            HOSTS_FAILED,
-            HOSTS_UNREACHABLE,
-        ),
-        Verb(
-            "rollback",
-            "Bring hosts back to the releases that they had before the last run.",
-            HOSTS_FAILED,
-            HOSTS_UNREACHABLE,
-        ),
-        Verb("status", "Show the health of hosts, robots and programs.", HOSTS_UNREACHABLE, UNHEALTHY),
-        Verb("exporter", "Serve the health of the swarm to Prometheus, until Ctrl-C."),
-        Verb(
-            "stop",
-            "Stop robots at once, and keep them stopped until `swarmctl start`.",
-            HOSTS_FAILED,
-            HOSTS_UNREACHABLE,
-            NOT_PROVEN,
-        ),
-        Verb(
-            "start",
-            "Release robots that `swarmctl stop` has stopped; each stands until its next command.",
-            HOSTS_FAILED,
-            HOSTS_UNREACHABLE,
-        ),
-        Verb("restart", "Restart the drivers and other units of robots.", HOSTS_FAILED, HOSTS_UNREACHABLE),
-        Verb(
-            "remove",
-            "Remove the swarm from its hosts: stop the robots; remove units, links and /opt/swarm/<name>.",
-            HOSTS_FAILED,
-            HOSTS_UNREACHABLE,
-        ),
-        Verb("rules", "List the rules that check a spec."),
-        Verb("explain", "Explain one rule: what it finds, why it matters, how to fix it.", module="rules"),
-        Verb(
-            "schema",
-            "Print the JSON Schema of a spec or of a robot type (draft-07), or of what status --json prints.",
-        ),
-        Verb("emulate", "Run one emulated robot on a pty."),
-        Verb("mode", "Infer the mode of a spec, or convert it to another mode."),
-        Verb(
-            "swap",
-            "Exchange the devices of two robots: addresses, calibration and wiring. Names and roles stay.",
-        ),
-        Verb("lab", "Run the swarm on this machine: real hosts in namespaces, emulated robots."),
-        Verb("driver", "Show robot types, write your own, test a robot with it."),
-        Verb("firmware", "Build the sketch of a robot's board and write it to the board."),
-    )
+    groups: ClassVar[Mapping[str, Sequence[Verb]]] = {
+        "Write a spec": _WRITE,
+        "Check it": _CHECK,
+        "Bring it to the hosts": _BRING,
+        "Look": _LOOK,
+        "Drive": _DRIVE,
+    }
+    verbs = tuple(verb for group in groups.values() for verb in group)
 
 
 app = typer.Typer(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
+from inspect import getdoc
 from keyword import iskeyword
 from typing import Any, ClassVar
 
@@ -11,6 +12,8 @@ import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from swarmctl.cli import exit_codes, spec_args
+
+_BESIDE_NAMES = 6  # columns: the indentation, and the gap behind the names
 
 
 class Verb(TyperCommand):
@@ -21,12 +24,16 @@ class Verb(TyperCommand):
             of Python has a ``_`` behind it there.
         help: the first sentence of the function's docstring, or of the ``help`` of the ``typer.Typer``.
         codes: its own exit codes, beside those of every verb.
+        example: a command line that does something useful, without ``swarmctl``.
         module: the module in ``swarmctl.cli.verbs``, if it is not called as the verb.
     """
 
-    def __init__(self, name: str, help: str, *codes: int, module: str = "") -> None:  # noqa: A002
+    def __init__(
+        self, name: str, help: str, *codes: int, example: str, module: str = "",  # noqa: A002
+    ) -> None:  # fmt: skip
         super().__init__(name, help=help)
         self._name, self._codes = name, codes
+        self.example = example
         self._function = f"{name}_" if iskeyword(name) else name
         self._module = module or self._function
 
@@ -34,10 +41,12 @@ class Verb(TyperCommand):
         """Imports the module; returns the command that parses the verb's arguments and runs it."""
         found = getattr(import_module(f"swarmctl.cli.verbs.{self._module}"), self._function)
         home = typer.Typer(rich_markup_mode=None)
+        text = found.info.help if isinstance(found, typer.Typer) else getdoc(found)
+        help_text = f"{text}\n\nExample: swarmctl {self.example}"
         if isinstance(found, typer.Typer):
-            home.add_typer(found, name=self._name, cls=_Group)
+            home.add_typer(found, name=self._name, cls=_Group, help=help_text)
         else:
-            home.command(self._name, epilog=exit_codes.epilog(*self._codes))(found)
+            home.command(self._name, help=help_text, epilog=exit_codes.epilog(*self._codes))(found)
         return _with_usual_spec(typer.main.get_group(home).commands[self._name])
 
 
@@ -88,12 +97,22 @@ class _Group(TyperGroup):
 
 
 class LazyVerbs(_Group):
-    """The command ``swarmctl``. A subclass names its verbs."""
+    """The command ``swarmctl``. A subclass names its verbs, and the groups of them in ``--help``."""
 
     verbs: ClassVar[Sequence[Verb]]
+    groups: ClassVar[Mapping[str, Sequence[Verb]]]
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes | {"commands": self.verbs})
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Writes a section for each group of verbs."""
+        longest = max(len(verb.name or "") for verb in self.verbs)
+        width = formatter.width - longest - _BESIDE_NAMES
+        for title, verbs in self.groups.items():
+            with formatter.section(title):
+                rows = [(f"{verb.name:{longest}}", verb.get_short_help_str(width)) for verb in verbs]
+                formatter.write_dl(rows)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """Imports the verb that ``args`` begin with; returns its name, its command and its arguments."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 from swarmctl import __version__, rulebook
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import Verbs, run
+from swarmctl.cli.lazy_verbs import Verb
 from tests import in_process
 from tests.rules.specs import BROKEN, spec
 
@@ -45,6 +47,24 @@ def test_no_arguments_show_the_help() -> None:
     ran = started()
     assert ran.returncode == exit_codes.USAGE
     assert "Usage: swarmctl" in ran.stdout + ran.stderr
+
+
+def test_the_help_has_the_verbs_in_groups() -> None:
+    lines = swarmctl("--help", COLUMNS="80").stdout.splitlines()
+    sections = [one[:-1] for one in lines if one.endswith(":") and not one.startswith(" ")]
+    assert sections == ["Options", *Verbs.groups]
+    begun = lines[lines.index(f"{sections[1]}:") :]
+    assert [one.split()[0] for one in begun if one.startswith("  ") and one[2] != " "][: len(VERBS)] == VERBS
+    assert max(map(len, lines)) <= 80
+
+
+@pytest.mark.parametrize("verb", Verbs.verbs, ids=VERBS)
+def test_the_example_of_a_verb_is_a_command(verb: Verb) -> None:
+    words = shlex.split(verb.example)
+    assert words[0] == verb.name
+    assert f"Example: swarmctl {verb.example}" in " ".join(swarmctl(words[0], "--help").stdout.split())
+    ran = swarmctl(*words, "--help")
+    assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
 
 
 @pytest.mark.parametrize("verb", ["", *VERBS])
