@@ -141,11 +141,11 @@ def used(swarm: LabSwarm) -> Mapping[str, Used]:
         row.robot: {"topics": topics[row.robot], "command": row.command, "settings": row.settings}
         for row in TABLE
     }
+    before = {row.robot: swarm.truth(row.robot) for row in TABLE}  # the user commands as soon as it can
     with using(swarm, robots) as user:
         if user.line() is None:
             user.next()
             user.line()
-        before = {row.robot: swarm.truth(row.robot) for row in TABLE}
         time.sleep(STRETCH)
         driving, lost = swarm.robots(), withheld()
         user.next()
