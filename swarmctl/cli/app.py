@@ -140,6 +140,11 @@ _LOOK = (
         example="status swarm.yaml --watch",
     ),
     Verb(
+        "ui",
+        "Serve a local web page that shows the swarm: its graph and its health, live, until Ctrl-C.",
+        example="ui swarm.yaml",
+    ),
+    Verb(
         "exporter",
         "Serve the health of the swarm to Prometheus, until Ctrl-C.",
         example="exporter swarm.yaml",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -11,10 +13,61 @@ from swarmctl.cli import console, exit_codes, options, selected
 from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
-    from swarmctl.health.swarm_health import Look
-    from swarmctl.remote.transport import Transport
+    from swarmctl.health.expected_graph import ExpectedGraph
+    from swarmctl.health.name_conflicts import Launched
+    from swarmctl.health.observations import Answer
+    from swarmctl.health.swarm_health import Look, Status
+    from swarmctl.remote.transport import HostError, Transport
+    from swarmctl.spec.load import Document
+    from swarmctl.swarm.index import SwarmIndex
+    from swarmctl.swarm.resolved import Swarm
 
 Looking = Callable[[], "Look"]
+
+
+@dataclass(frozen=True)
+class Expected:
+    """A swarm and what is expected of its hosts."""
+
+    document: Document
+    swarm: Swarm
+    graph: ExpectedGraph
+
+    @cached_property
+    def index(self) -> SwarmIndex:
+        """Lookups in the document."""
+        from swarmctl.swarm.index import SwarmIndex
+
+        return SwarmIndex(self.document)
+
+    @cached_property
+    def _launched(self) -> Launched:
+        from swarmctl.linter.launch_uses import launch_uses, nodes_of
+
+        return nodes_of(launch_uses(self.index))
+
+    def status(self, outcomes: Mapping[str, Answer | HostError]) -> Status:
+        """The health of the swarm, from what the probes of its hosts have found."""
+        from swarmctl.health import swarm_health as health
+        from swarmctl.health.diagnosis import diagnose
+
+        return health.status(self.graph, outcomes, diagnose(self.graph, outcomes, self._launched))
+
+
+def expected(spec: SpecFiles, limit: list[str] | None, *, lab: bool, lab_name: str) -> Expected:
+    """What is expected of the hosts of a spec, of all or of the selected ones."""
+    from swarmctl.health.expected_graph import Release, expected_graph
+    from swarmctl.render.build_bundle import bundles
+
+    document = console.read_document(spec)
+    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
+    wanted = bundles(swarm)
+    releases = {
+        name: Release(wanted[name].digest, tuple(unit.name for unit in wanted[name].units))
+        for name in selected.hosts(swarm.candidates, limit)
+        if wanted[name].files
+    }
+    return Expected(document, swarm, expected_graph(swarm, releases))
 
 
 def looking(
@@ -28,31 +81,16 @@ def looking(
     parallel: int,
 ) -> Looking:
     """A function that observes all hosts and diagnoses the swarm."""
-    from swarmctl.health import swarm_health as health
     from swarmctl.health.collect import probe_hosts
-    from swarmctl.health.diagnosis import diagnose
-    from swarmctl.health.expected_graph import Release, expected_graph
-    from swarmctl.linter.launch_uses import launch_uses, nodes_of
-    from swarmctl.render.build_bundle import bundles
-    from swarmctl.swarm.index import SwarmIndex
+    from swarmctl.health.swarm_health import Look
 
-    document = console.read_document(spec)
-    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
-    wanted = bundles(swarm)
-    releases = {
-        name: Release(wanted[name].digest, tuple(unit.name for unit in wanted[name].units))
-        for name in selected.hosts(swarm.candidates, limit)
-        if wanted[name].files
-    }
-    graph = expected_graph(swarm, releases)
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    launched = nodes_of(launch_uses(SwarmIndex(document)))
+    wanted = expected(spec, limit, lab=lab, lab_name=lab_name)
+    targets = options.targets(spec, wanted.swarm, lab=lab, lab_name=lab_name)
 
     def look() -> Look:
         began, clock = time.time(), time.monotonic()
-        outcomes = probe_hosts(graph, targets, transport, window=window, parallel=parallel)
-        seen = health.status(graph, outcomes, diagnose(graph, outcomes, launched))
-        return health.Look(seen, began, time.monotonic() - clock)
+        outcomes = probe_hosts(wanted.graph, targets, transport, window=window, parallel=parallel)
+        return Look(wanted.status(outcomes), began, time.monotonic() - clock)
 
     return look
 

@@ -8,7 +8,9 @@ import re
 import shlex
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree
 
+import lxml.html
 import networkx as nx
 import pydot
 import pytest
@@ -17,7 +19,7 @@ import swarmctl
 from swarmctl.analysis.diagram import Diagram, Edge, Node
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.views.graph import dot, mermaid
+from swarmctl.views.graph import dot, mermaid, page, svg
 from swarmctl.yamltext import hostlist
 from tests import ROOT
 
@@ -54,6 +56,7 @@ def test_two_formats_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
         ("budgets.txt", ["--budgets"]),
         ("graph.dot", ["--format", "dot"]),
         ("graph.mermaid", ["--format", "mermaid"]),
+        ("graph.svg", ["--format", "svg"]),
         ("graph.graphml", ["--format", "graphml"]),
         ("graph.json", ["--format", "json"]),
         ("graph.json", ["--json"]),
@@ -103,6 +106,21 @@ def test_no_text_breaks_out_of_the_mermaid() -> None:
     assert len(drawn.splitlines()) == 6  # flowchart, subgraph, host, end, program, edge
     for text in re.findall(r'"(.*?)"', drawn):
         assert not re.search(r'[<>\\"\[\]{}|;]', re.sub(r"#\d+;|<br/>", "", text))
+
+
+def test_no_text_breaks_out_of_the_svg_or_the_page() -> None:
+    read = ElementTree.fromstring(svg.graph(nasty()))
+    assert f"data {NASTY}".replace("\n", "\\x0a") in [one.text for one in read.iter("{http://www.w3.org/2000/svg}title")]
+    shown = lxml.html.fromstring(page.graph(nasty()))
+    assert not shown.xpath("//b")
+    [data] = shown.xpath("//script[@id='diagram']/text()")
+    assert json.loads(data)["swarm"] == NASTY
+
+
+def test_the_page_needs_nothing_but_itself(capsys: pytest.CaptureFixture[str]) -> None:
+    shown = lxml.html.fromstring(printed(capsys, "--format", "html"))
+    assert shown.xpath("//*[@src or @href]/@href | //@src") == ["data:,"]
+    assert len(shown.xpath("//*[@data-id]")) == 7
 
 
 def test_a_drawing_has_no_tables(capsys: pytest.CaptureFixture[str]) -> None:

@@ -25,6 +25,8 @@ class GraphFormat(str, Enum):
     TEXT = "text"
     DOT = "dot"
     MERMAID = "mermaid"
+    SVG = "svg"
+    HTML = "html"
     GRAPHML = "graphml"
     JSON = "json"
 
@@ -61,7 +63,7 @@ def graph(
     chosen = options.format_of(form, json, GraphFormat.TEXT)
     index = SwarmIndex(console.read_document(spec))
     part = _part(index, limit)
-    if chosen in (GraphFormat.DOT, GraphFormat.MERMAID, GraphFormat.GRAPHML):
+    if chosen not in (GraphFormat.TEXT, GraphFormat.JSON):
         if impact or paths or path or budgets:
             raise typer.BadParameter(f"--format {chosen.value} has the graph; tables are text or json")
         print(_drawing(index, part, chosen), end="")
@@ -90,12 +92,17 @@ def _part(index: SwarmIndex, limit: list[str] | None) -> Part:
 def _drawing(index: SwarmIndex, part: Part, form: GraphFormat) -> str:
     from swarmctl.analysis.diagram import diagram
     from swarmctl.analysis.swarm_graph import graphml, swarm_graph
-    from swarmctl.views.graph import dot, mermaid
+    from swarmctl.views.graph import dot, mermaid, page, svg
 
     if form is GraphFormat.GRAPHML:
         return graphml(part.graph(swarm_graph(index)))
-    draw = dot.graph if form is GraphFormat.DOT else mermaid.graph
-    return draw(part.diagram(diagram(index)))
+    views = {
+        GraphFormat.DOT: dot.graph,
+        GraphFormat.MERMAID: mermaid.graph,
+        GraphFormat.SVG: svg.graph,
+        GraphFormat.HTML: page.graph,
+    }
+    return views[form](part.diagram(diagram(index)))
 
 
 def _sections(

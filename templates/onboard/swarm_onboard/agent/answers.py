@@ -15,7 +15,7 @@ from .messages import (
     ObserveAnswer,
     RemoveAnswer,
 )
-from .motion_messages import MotionAnswer, RestartAnswer, StartAnswer, StopAnswer
+from .motion_messages import MotionAnswer, RestartAnswer, StartAnswer, StopAnswer, TelemetryAnswer
 from .preparation_messages import BuildAnswer, FetchBuildAnswer, InventoryAnswer, PrepareAnswer
 from .probe_messages import ProbeAnswer
 
@@ -41,4 +41,5 @@ ANSWERS: Mapping[str, type] = {
     "start": StartAnswer,
     "restart": RestartAnswer,
     "motion": MotionAnswer,
+    "telemetry": TelemetryAnswer,
 }

@@ -1,4 +1,4 @@
-"""Requests and answers of ``stop``, ``start``, ``restart`` and ``motion``. JSON objects; types only."""
+"""Requests and answers of verbs that stop, release, restart and watch robots. JSON objects; types only."""
 
 from __future__ import annotations
 
@@ -107,3 +107,44 @@ class MotionAnswer(TypedDict):
     """``in_use``: the robots that move or are under command, and are not stopped; by robot."""
 
     in_use: dict[str, RobotUse]
+
+
+class TelemetryRequest(TypedDict):
+    """Every ``period`` s, for ``seconds``: how all robots of the host move, and whether ``devices`` exist.
+
+    ``devices``: the path of each robot's.
+    """
+
+    verb: Literal["telemetry"]
+    swarm: str
+    devices: dict[str, str]
+    period: float
+    seconds: float
+
+
+class RobotTelemetry(TypedDict):
+    """How a robot moves. ``pose``: x and y in m, yaw in rad, by its odometry; ``driven`` and ``commanded``:
+    m/s and rad/s; ``battery``: how full, 0 to 1. None: not known. ``held`` by ``swarmctl stop``;
+    ``trouble``: as in ``RobotMotion``.
+    """
+
+    pose: list[float] | None
+    driven: list[float] | None
+    commanded: list[float] | None
+    commander: str
+    trouble: str
+    held: bool
+    battery: float | None
+
+
+class Telemetry(TypedDict):
+    """A note of ``telemetry``: the robots that answer, and those whose device is ``missing``."""
+
+    robots: dict[str, RobotTelemetry]
+    missing: list[str]
+
+
+class TelemetryAnswer(TypedDict):
+    """``sent``: the number of notes."""
+
+    sent: int

@@ -10,6 +10,8 @@ from typing import Any, Callable, Mapping, Sequence
 
 from swarm_onboard.command.authority import Standing
 from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.dead_man import DeadMan
+from swarm_onboard.command.limits import STANDSTILL
 from swarm_onboard.command.report import Level, Report
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.driver.actuators import ActuatorSettings
@@ -62,6 +64,7 @@ class Driver:
         self._outputs = outputs
         self._open_port = open_port
         self._standing = standing
+        self._dead_man = DeadMan(commands, config.command_timeout, clock)
         self._clock = clock
         self._jitter = jitter
         self._tally = Tally()
@@ -105,6 +108,8 @@ class Driver:
     def motion(self) -> Mapping[str, Any]:
         """Returns who commands the robot, and what is known of its wheels; moments by the driver's clock.
 
+        ``commanded`` and ``driven``: m/s and rad/s; ``pose``: x and y in m, yaw in rad, by odometry.
+
         ``zero_at``: when a zero was last confirmed; ``still_since``: by the counters of the wheels;
         ``idle_since``: the latest of its start, the last command and the last turn of a wheel; ``battery``:
         how full it is, 0 to 1.
@@ -114,10 +119,16 @@ class Driver:
         zero_at = connection.zero_at() if connection is not None and known else None
         step = connection.wheel_step() if connection is not None and known else None
         moved = self._stillness.unchanged_since()
+        pose = connection.odometry.pose if connection is not None and step is not None else None
+        command = self._dead_man.in_force()
+        velocity = command.velocity if command is not None else STANDSTILL
         idle_since = self._commands.commanded_at if moved is None else max(moved, self._commands.commanded_at)
         return {
             "held": self._commands.held,
             "commander": self._standing().commander,
+            "commanded": [velocity.forward, velocity.turn],
+            "driven": [pose.linear, pose.angular] if pose is not None else None,
+            "pose": [pose.x, pose.y, pose.yaw] if pose is not None else None,
             "zero_at": zero_at,
             "confirms": not isinstance(self._config.protocol, RosserialProtocol),
             "measured": step is not None,

@@ -116,13 +116,15 @@ class Gate:
     def motion(self) -> Mapping[str, Any]:
         """Returns who commands the robot, and when it was last sent a zero, by the gate's clock.
 
-        Where its driver publishes them also its battery and whether it is docked, and with odometry whether
-        it stands by that: the first answers are ``pending``.
+        ``commanded``: m/s and rad/s. Where its driver publishes them also its battery and whether it is
+        docked, and with odometry whether it stands by that, its speed and its pose: the first answers are
+        ``pending``.
         """
         receivers = self._sink.receivers()
         found: dict[str, Any] = {
             "held": self._commands.held,
             "commander": self._standing().commander,
+            "commanded": [self._aim.forward, self._aim.turn],
             "zero_at": self._sent_at if self._sent == STANDSTILL and receivers else None,
             "confirms": False,
             "measured": False,

@@ -75,7 +75,9 @@ class OdometryWatch:
             if now - self._began <= _FIRST_WITHIN:
                 return {**found, "pending": True}
             return {**found, "trouble": f"no odometry arrives on {self.topic}"}
-        found.update(measured=True, by="odometry")
+        latest = seen.latest
+        found.update(measured=True, by="odometry", pose=[latest.x, latest.y, latest.yaw])
+        found.update(driven=[latest.speed, latest.turn])
         begun = max(seen.first.arrived, zero_since) if zero_since is not None else math.inf
         if seen.latest.arrived - begun >= SHOWN_FOR:
             return {**found, "still_since": seen.first.arrived}

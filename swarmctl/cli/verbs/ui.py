@@ -1,0 +1,91 @@
+"""``swarmctl ui``: a local web page with the graph and the health of the swarm."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import ExitStack
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import console, exit_codes, options, swarm_look
+
+if TYPE_CHECKING:
+    from swarmctl.ui.control import Control
+    from swarmctl.ui.server import Pages
+
+_OFTEN, _SELDOM = 0.2, 1.0  # s between two messages to the pages, at least and at most
+
+
+def ui(
+    spec: options.Spec,
+    overlays: options.Overlays = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0: a free one.")] = 0,
+    control: Annotated[
+        bool, typer.Option("--control", help="The page has buttons that stop robots and release them.")
+    ] = False,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+) -> None:
+    """Serve a local web page that shows the swarm: its graph and its health, live, until Ctrl-C.
+
+    Only this machine reaches the page, by the URL that is printed. Hosts are looked at while a page is open.
+    """
+    if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets")):
+        console.fail(
+            "ui needs starlette, uvicorn and websockets, and one is not installed",
+            "install them: `pip install 'swarmctl[ui]'`",
+            code=exit_codes.USAGE,
+        )
+    from swarmctl.analysis.diagram import diagram
+    from swarmctl.cli.ssh_targets import transport
+    from swarmctl.ui import messages
+    from swarmctl.ui.control import Control
+    from swarmctl.ui.server import Pages, serving
+    from swarmctl.ui.watch import Watch
+    from swarmctl.views.graph import page
+
+    looked = swarm_look.expected(spec, None, lab=lab, lab_name=lab_name)
+    pages = Pages(control=control)
+    live = page.Live(messages.starts(looked.document.spec), control)
+    with ExitStack() as stack:
+        # The server comes first: --lab moves this thread, not its socket, into the network of the lab.
+        try:
+            url = stack.enter_context(serving(page.graph(diagram(looked.index), live), pages, port))
+        except OSError as error:
+            console.fail(f"--port {port}: {error.strerror or error}", "choose another port, or 0")
+        targets = options.targets(spec, looked.swarm, lab=lab, lab_name=lab_name)
+        connections = transport()
+        watch = Watch(looked.graph, targets, connections, lambda note: pages.send("telemetry", note))
+        if control:
+            hosts = {robot.name: host.name for host in looked.graph.hosts for robot in host.robots}
+            _do_actions(pages, Control(looked.swarm.name, hosts, targets, connections))
+        print(url, flush=True)
+        console.err().print("the page shows the swarm while it is open; Ctrl-C ends this")
+        while True:
+            pages.opened.wait()
+            watch.start()
+            try:
+                while pages.opened.is_set():
+                    seen = watch.wait(_SELDOM)
+                    if seen is not None:
+                        pages.send("status", messages.status(looked.status(seen.outcomes), seen.age))
+                        time.sleep(_OFTEN)
+            finally:
+                watch.stop()
+
+
+def _do_actions(pages: Pages, control: Control) -> None:
+    """Does what pages ask for, each in a thread of its own: a stop waits for nothing."""
+
+    def do(action: str, robots: list[str]) -> None:
+        for line in control.do(action, robots):
+            pages.send("result", {"text": line})
+
+    def take() -> None:
+        while True:
+            threading.Thread(target=do, args=pages.actions.get(), daemon=True).start()
+
+    threading.Thread(target=take, daemon=True).start()

@@ -1,0 +1,38 @@
+"""What the server sends to the pages, as JSON data. Pure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+from swarmctl.health.root_cause import Finding
+from swarmctl.health.swarm_health import Status
+from swarmctl.health.verdict import State
+from swarmctl.spec.model import Spec
+
+
+def status(seen: Status, age: float) -> dict[str, Any]:
+    """A status, of which the oldest answer of a host is ``age`` s old; its causes, the worst first."""
+    return {
+        "status": seen.to_json(),
+        "causes": [
+            {**_finding(cause), "symptoms": [_finding(one) for one in symptoms]}
+            for cause, symptoms in seen.causes()
+            if cause.state is not State.SKIPPED
+        ],
+        "age": age,
+    }
+
+
+def _finding(one: Finding) -> dict[str, Any]:
+    return asdict(one) | {"key": one.key}
+
+
+def starts(spec: Spec) -> dict[str, tuple[float, float, float]]:
+    """Where robots stand in the map when their drivers start, as far as the spec says: m, m and rad."""
+    return {
+        name: (robot.start.x, robot.start.y, math.radians(robot.start.heading_deg))
+        for name, robot in spec.robots.items()
+        if robot.start is not None
+    }

@@ -1,0 +1,173 @@
+"""Watches each host over one connection, at its own pace: a silent host delays no other.
+
+Meanwhile the host sends how its robots move; a change there brings the next look, one of ``status``.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+
+from swarm_onboard.agent.motion_messages import RobotTelemetry, Telemetry, TelemetryRequest
+from swarm_onboard.agent.probe_messages import ProbeRequest
+
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
+from swarmctl.health.observations import Answer
+from swarmctl.health.probe_answer import answer_of
+from swarmctl.health.probe_request import request
+from swarmctl.remote import agent_client
+from swarmctl.remote.parallel_hosts import Stop
+from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
+
+WINDOW = 0.5  # s of listening to a topic, unless it is slow
+PERIOD = 0.2  # s between two messages on how robots move
+_PAUSE = 3.0  # s between two looks at a host, if nothing is new
+_AGAIN = 1.0  # s until a host that failed is connected to again
+_OVERDUE = 5.0  # s that a host takes for a look beside listening, at most, before it counts as silent
+_PATIENCE = 50.0  # s for one look at most
+_TURN = 30.0  # s of messages on motion for one request
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The last outcome of each host; the oldest is ``age`` s old."""
+
+    outcomes: Mapping[str, Answer | HostError]
+    age: float
+
+
+class Watch:
+    """Watches the hosts from ``start`` to ``stop``. Threads of the hosts call ``on_telemetry``."""
+
+    def __init__(
+        self,
+        graph: ExpectedGraph,
+        targets: Mapping[str, Target],
+        transport: Transport,
+        on_telemetry: Callable[[Telemetry], None],
+    ) -> None:
+        self._transport, self._on_telemetry = transport, on_telemetry
+        self._hosts = [_Watched(graph, host, targets[host.name]) for host in graph.hosts]
+        self._lock = threading.Lock()
+        self._last: dict[str, tuple[float, Answer | HostError]] = {}  # with the time of monotonic()
+        self._began = 0.0
+        self._changed = threading.Event()
+        self._stop = Stop()
+
+    def start(self) -> None:
+        """Begins to watch."""
+        self._stop = Stop()
+        self._last, self._began = {}, time.monotonic()
+        for host in self._hosts:
+            threading.Thread(target=self._watch, args=(host, self._stop), daemon=True).start()
+
+    def stop(self) -> None:
+        """Closes the connections and ends the threads."""
+        self._stop.request()
+        self._stop.request()
+
+    def wait(self, timeout: float) -> Seen | None:
+        """What is seen once an outcome is new, or the time is up; None in the first s without all.
+
+        A host whose answer is overdue has an error instead.
+        """
+        self._changed.wait(timeout)
+        self._changed.clear()
+        now = time.monotonic()
+        with self._lock:
+            last = dict(self._last)
+        if len(last) < len(self._hosts) and now - self._began < _OVERDUE:
+            return None
+        outcomes: dict[str, Answer | HostError] = {}
+        for host in self._hosts:
+            at, outcome = last.get(host.name, (self._began, None))
+            overdue = outcome is None or now - at > host.longest
+            outcomes[host.name] = _silent(now - at) if overdue or outcome is None else outcome
+        return Seen(outcomes, now - min((at for at, _ in last.values()), default=self._began))
+
+    def _watch(self, host: _Watched, stop: Stop) -> None:
+        while not stop.requested:
+            try:
+                self._connected(host, stop)
+            except HostError as error:
+                self._take(host, error, stop)
+            time.sleep(_AGAIN)
+
+    def _connected(self, host: _Watched, stop: Stop) -> None:
+        """Looks over one connection until it ends. Raises ``HostError``."""
+        with (
+            self._transport.connect(host.target) as session,
+            stop.guarding(session),
+            agent_client.agent_session(session, verbs=("probe",), module=host.probe) as agent,
+        ):
+            if host.robots:
+                threading.Thread(target=self._follow, args=(host, session, stop), daemon=True).start()
+            while not stop.requested:
+                host.news.clear()
+                data = agent.request(host.request, timeout=_PATIENCE)
+                self._take(host, answer_of(data, received=time.time()), stop)
+                host.news.wait(_PAUSE)
+
+    def _take(self, host: _Watched, outcome: Answer | HostError, stop: Stop) -> None:
+        if not stop.requested:
+            with self._lock:
+                self._last[host.name] = time.monotonic(), outcome
+            self._changed.set()
+
+    def _follow(self, host: _Watched, session: Session, stop: Stop) -> None:
+        """Passes on how the robots of a host move, as long as its connection lasts."""
+        with suppress(HostError), agent_client.agent_session(session, verbs=("telemetry",)) as agent:
+            while not stop.requested:
+                agent.request(host.telemetry, on_note=partial(self._note, host), timeout=_TURN + _OVERDUE)
+
+    def _note(self, host: _Watched, text: str) -> None:
+        note = json.loads(text)
+        agent_client.check_type(note, Telemetry, "what a host reports of its robots")
+        if host.is_news(note):
+            host.news.set()
+        self._on_telemetry(note)
+
+
+class _Watched:
+    """A host, what it is asked, and whether something is new there since the last look at it began."""
+
+    def __init__(self, graph: ExpectedGraph, host: ExpectedHost, target: Target) -> None:
+        self.name, self.target, self.robots, self.probe = host.name, target, host.robots, graph.probe
+        self.request = request(graph, host, WINDOW)
+        self.longest = _listening(self.request) + _PAUSE + _OVERDUE
+        self.telemetry: TelemetryRequest = {
+            "verb": "telemetry",
+            "swarm": graph.swarm,
+            "devices": {robot.name: robot.device for robot in host.robots if robot.device},
+            "period": PERIOD,
+            "seconds": _TURN,
+        }
+        self.news = threading.Event()
+        self._state: object = None
+
+    def is_news(self, note: Telemetry) -> bool:
+        """Returns True if a driver or a device came or went, or a driver has another trouble."""
+        state = {name: _trouble(one) for name, one in note["robots"].items()}, note["missing"]
+        before, self._state = self._state, state
+        return before is not None and state != before
+
+
+def _trouble(one: RobotTelemetry) -> tuple[str, bool]:
+    return one["trouble"], one["held"]
+
+
+def _listening(one: ProbeRequest) -> float:
+    """How long the host listens to topics, s."""
+    topics = [*(node["topics"] for node in one["nodes"]), *one["launched"].values()]
+    return max((seconds for of_node in topics for seconds in of_node.values()), default=0.0)
+
+
+def _silent(age: float) -> HostError:
+    return HostError(
+        Kind.LOST, f"has not answered for {age:.0f} s", "is it switched on, and in reach of its network?"
+    )

@@ -1,0 +1,102 @@
+"use strict";
+// How robots move, several times a second: what each reports, and a plot of the selected one's speed.
+
+const FRESH = 2000; // ms after which a report is old
+const KEPT = 60; // s of the plot
+const robots = new Map(); // by name: {at, pose, driven, commanded, commander, trouble, held, missing, history}
+let plot = null;
+
+/** Takes a message of one host: {robots, missing}. */
+function takeTelemetry(message) {
+  const at = performance.now();
+  for (const [name, report] of Object.entries(message.robots)) {
+    const history = robots.get(name)?.history ?? [];
+    history.push({ at, ...report });
+    while (history[0].at < at - 1000 * KEPT) history.shift();
+    robots.set(name, { ...report, at, missing: false, history });
+  }
+  for (const name of message.missing) {
+    const known = robots.get(name) ?? { at, pose: null, driven: null, commanded: null, commander: "", trouble: "", held: false, battery: null, history: [] };
+    robots.set(name, { ...known, at, missing: true });
+  }
+  if (!look) return;
+  showStates();
+  showState();
+}
+
+/** What a robot has reported since the last look, as text; empty if it is fine, or has not reported lately. */
+function troubleOf(id) {
+  const robot = robots.get(id.replace("robot:", ""));
+  if (!id.startsWith("robot:") || !robot || performance.now() - robot.at > FRESH) return "";
+  return robot.trouble || (robot.missing ? "its device is missing" : "");
+}
+
+/** The troubles that no look has shown yet. */
+function troubles() {
+  const rows = rowsOf(look.status);
+  return [...robots.keys()]
+    .filter((name) => rows.get(`robot:${name}`)?.state === "ok" && troubleOf(`robot:${name}`))
+    .map((name) => `${name}: ${troubleOf(`robot:${name}`)}`);
+}
+
+ADD_DETAILS.push((node) => {
+  const robot = node.kind === "robot" ? robots.get(node.name) : undefined;
+  if (!robot || performance.now() - robot.at > FRESH) return [];
+  const trouble = troubleOf(node.id);
+  return [
+    ...(trouble ? [element("p", {}, mark("bad"), ` ${trouble}`)] : []),
+    ...(robot.held ? [element("p", {}, "stopped by swarmctl stop")] : []),
+    ...(robot.battery === null ? [] : [element("p", {}, `battery ${Math.round(100 * robot.battery)} %`)]),
+  ];
+});
+
+/** The series of the plot: s before now, then m/s commanded and driven, then rad/s. */
+function series(history) {
+  const now = performance.now();
+  const line = (of) => history.map((one) => of(one) ?? null);
+  return [
+    line((one) => (one.at - now) / 1000),
+    line((one) => one.commanded?.[0]),
+    line((one) => one.driven?.[0]),
+    line((one) => one.commanded?.[1]),
+    line((one) => one.driven?.[1]),
+  ];
+}
+
+function newPlot(place) {
+  const colour = (name) => getComputedStyle(document.body).getPropertyValue(name);
+  const [ink, grid] = [colour("--soft"), { stroke: colour("--line"), width: 1 }];
+  const speed = (label, scale, stroke, dash) => ({ label, scale, stroke: colour(stroke), dash, width: 2 });
+  const around = (least) => ({ range: (_, low, high) => [Math.min(low ?? 0, -least), Math.max(high ?? 0, least)] });
+  const axis = (more) => ({ stroke: ink, grid, size: 40, ...more });
+  return new uPlot(
+    {
+      width: place.clientWidth,
+      height: 190,
+      legend: { live: false },
+      scales: { x: { time: false, range: [-KEPT, 0] }, linear: around(0.1), angular: around(0.5) },
+      series: [
+        { label: "s" },
+        speed("m/s commanded", "linear", "--commands", [6, 4]),
+        speed("m/s driven", "linear", "--network"),
+        speed("rad/s commanded", "angular", "--warning", [6, 4]),
+        speed("rad/s driven", "angular", "--data"),
+      ],
+      axes: [axis({ size: 30 }), axis({ size: 50, scale: "linear" }), axis({ size: 50, scale: "angular", side: 1, grid: { show: false } })],
+    },
+    series([]),
+    place,
+  );
+}
+
+function showPlot(id) {
+  const place = document.getElementById("plot");
+  const shown = id?.startsWith("robot:") ?? false;
+  document.getElementById("motion").hidden = !shown;
+  if (!shown) return;
+  plot ??= newPlot(place);
+  plot.setData(series(robots.get(id.replace("robot:", ""))?.history ?? []));
+}
+
+ON_SELECT.push(showPlot);
+setInterval(() => showPlot(selected), 200);
