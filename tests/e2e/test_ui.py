@@ -1,0 +1,96 @@
+"""``swarmctl ui`` before a real swarm: a pulled cable, a host that is gone, robots that drive and stop."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from swarmctl.lab import lab
+from tests.e2e.lab_swarm import LEADER, LabSwarm, moves, until
+from tests.timing import PATIENCE, Promise
+from tests.ui.browser import chromium, opened
+
+SPEED = 0.1  # m/s
+CABLE = 2.0  # s
+GONE = 30.0  # s: of a silent host
+
+
+@pytest.fixture
+def page(swarm: LabSwarm) -> Iterator[Page]:
+    """The page once it shows that all is well, and the connection of each host that it looks at."""
+    with chromium() as browser:
+        expect.set_options(timeout=1000 * PATIENCE)
+        process = swarm.begin("ui", "--control")
+        try:
+            assert process.stdout is not None
+            with opened(browser, process.stdout.readline().strip()) as found:
+                expect(found.locator("#state")).to_have_text("healthy")
+                yield found
+        finally:
+            process.send_signal(signal.SIGINT)
+            _, complaints = process.communicate(timeout=PATIENCE)
+            assert "Traceback" not in complaints
+
+
+def shown(page: Page, robot: str, state: str) -> None:
+    expect(page.locator(f'[data-id="robot:{robot}"]')).to_have_attribute("data-state", state)
+
+
+def test_a_pulled_cable_shows_with_its_cause_until_it_is_plugged(
+    swarm: LabSwarm, page: Page, promise: Promise
+) -> None:
+    lab.unplug(swarm.name, "k3")
+    began = time.monotonic()
+    shown(page, "k3", "bad")
+    promise("page of swarmctl ui: from a pulled cable until it shows it", time.monotonic() - began, CABLE)
+    finding = page.locator("#findings button", has_text="device k3")
+    finding.click()
+    expect(page.locator("#details")).to_contain_text("Remedy:")
+    shown(page, "koala", "ok")
+    lab.plug(swarm.name, "k3")
+    expect(page.locator("#state")).to_have_text("healthy")
+    expect(page.locator("#findings")).to_be_empty()
+
+
+def test_robots_that_drive_are_seen_and_stopped_with_proof(swarm: LabSwarm, page: Page) -> None:
+    with swarm.driving(LEADER, "k3", SPEED, 0.2):
+        page.locator('[data-id="robot:k3"]').click()
+        expect(page.locator("#details")).to_contain_text(LEADER)
+        until(lambda: page.evaluate("robots.get('k3').driven[0]") > SPEED / 2, "its speed is not shown")
+        told = page.evaluate("robots.get('k3').commanded")
+        assert told == pytest.approx([SPEED, 0.2])
+        page.get_by_role("button", name="Stop all robots").click()
+        expect(page.locator("#results li", has_text="k3 ")).to_contain_text("stands: by its wheels")
+        assert not moves(swarm.robot("k3"))
+        expect(page.locator("#details")).to_contain_text("stopped by swarmctl stop")
+        seen = page.evaluate("robots.get('k3').pose")
+        odometry = swarm.odometry("k3-pi", "k3")
+        assert seen[:2] == pytest.approx([odometry.x, odometry.y], abs=0.01)
+        page.get_by_role("button", name="Release all").click()
+        expect(page.locator("#results li", has_text="released")).to_have_count(len(swarm.robots()))
+        until(lambda: moves(swarm.robot("k3")), "the robot does not obey after its release")
+
+
+def test_a_host_that_is_cut_off_costs_itself_alone(swarm: LabSwarm, page: Page, promise: Promise) -> None:
+    swarm.cut("k3-pi")
+    began = time.monotonic()
+    try:
+        expect(page.locator('[data-id="host:k3-pi"]')).to_have_attribute("data-state", "bad")
+        promise("page of swarmctl ui: from a cut network until it shows it", time.monotonic() - began, GONE)
+        expect(page.locator("#age")).not_to_contain_text("OUT OF DATE")
+        shown(page, "koala", "ok")
+        shown(page, "epuck", "skipped")
+    finally:
+        swarm.join("k3-pi")
+    expect(page.locator("#state")).to_have_text("healthy")
+
+
+def test_a_closed_page_leaves_nothing_on_the_hosts(swarm: LabSwarm, page: Page) -> None:
+    agents = "pgrep -fc '[s]warm_onboard|[p]ython3 -I -S' || true"
+    assert int(swarm.shell("k3-pi", agents)) > 0
+    page.close()
+    until(lambda: int(swarm.shell("k3-pi", agents)) == 0, "agents of the page still run")
