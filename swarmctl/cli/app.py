@@ -140,6 +140,13 @@ _LOOK = (
         example="status swarm.yaml --watch",
     ),
     Verb(
+        "logs",
+        "Show what drivers and programs have logged, of all hosts in the order of time.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="logs swarm.yaml --since 10m --level warn",
+    ),
+    Verb(
         "exporter",
         "Serve the health of the swarm to Prometheus, until Ctrl-C.",
         example="exporter swarm.yaml",
