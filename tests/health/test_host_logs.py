@@ -56,7 +56,7 @@ def test_the_boundary_and_the_times_are_by_the_operators_clock(monkeypatch: pyte
     assert [entry.time for entry in found.entries] == [NOW - 5]
 
 
-def test_more_than_was_asked_for_is_told() -> None:
+def test_more_than_was_asked_for_is_reported() -> None:
     assert host_logs.host_log(Host(line(1.0) * 3), "pi", "s", 3, 0.0).cut
     assert host_logs.host_log(Host(b"x" * host_logs.MOST_BYTES), "pi", "s", 3, 0.0).cut
 
