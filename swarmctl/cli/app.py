@@ -144,7 +144,7 @@ _LOOK = (
         "Show what drivers and programs have logged, of all hosts in the order of time.",
         HOSTS_FAILED,
         HOSTS_UNREACHABLE,
-        example="logs swarm.yaml --since 10m --level warn",
+        example="logs swarm.yaml k3 --since 10m --level warn",
     ),
     Verb(
         "exporter",

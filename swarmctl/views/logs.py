@@ -1,4 +1,4 @@
-"""One line for each log entry, coloured by its source."""
+"""Lines for each log entry, coloured by its source."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ _COLOURS = ("cyan", "green", "magenta", "blue", "bright_cyan", "bright_green", "
 _OF_LEVEL = {"warn": "yellow", "error": "red", "fatal": "bold red"}
 
 
-def line(entry: Entry) -> Text:
-    """Such as ``21:00:03.120 k3  warn   battery low``."""
+def lines(entry: Entry) -> Text:
+    """Such as ``21:00:03.120 k3  warn   battery low``, with further lines of the message below."""
     robot = entry.source.partition("/")[0]
     when = datetime.fromtimestamp(entry.time, timezone.utc).astimezone().strftime("%H:%M:%S.%f")[:-3]
+    first, *rest = (printable(one) for one in entry.message.split("\n"))
     return Text.assemble(
         f"{when} ",
         (printable(entry.source), _COLOURS[zlib.crc32(robot.encode()) % len(_COLOURS)]),
         "  ",
         (f"{entry.level:5}", _OF_LEVEL.get(entry.level, "")),
-        f"  {printable(entry.message)}",
+        f"  {first}",
+        *(f"\n    {one}" for one in rest),
     )
