@@ -15,6 +15,7 @@ MOST_PENDING = 20_000  # entries
 _OF_PRIORITY = ("fatal", "fatal", "fatal", "error", "warn", "info", "info", "debug")  # syslog(3)
 _OF_ROS = re.compile(r"\[ *(DEBUG|INFO|WARN|ERROR|FATAL)(?:ING)? *\]")
 _ROS_WITHIN = 40  # characters in which rospy and rclpy print the level
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # as roscpp writes around a warning
 _TRACEBACK = "Traceback (most recent call last):"
 _TOGETHER = 0.05  # s between two lines of one output
 _MOST_LINES = 200  # of one message
@@ -48,7 +49,7 @@ class Choice:
 
 def entry_of(read: LogEntry, host: str, swarm: str, offset: float) -> Entry:
     """The entry that a host has sent; ``offset``: how far its clock is ahead of the operator's, in s."""
-    message = read["message"]
+    message = _COLOUR.sub("", read["message"])
     named = _OF_ROS.search(message[:_ROS_WITHIN])
     level = named[1].lower() if named else _OF_PRIORITY[read["priority"] & 7]
     if message.startswith(_TRACEBACK):

@@ -40,6 +40,7 @@ def logged(host: str, at: float, message: str, level: str = "info") -> Entry:
         ("[WARN] [1700000000.1]: low", 6, "warn"),
         ("[ERROR] [1700000000.1] [k3.driver]: lost", 6, "error"),
         ("[WARNING] low", 6, "warn"),
+        ("\x1b[33m[ WARN] [1700000000.1]: low\x1b[0m", 6, "warn"),
         ("Traceback (most recent call last):", 6, "error"),
     ],
 )
@@ -107,6 +108,11 @@ def test_a_traceback_stays_together_between_the_lines_of_other_hosts() -> None:
 )
 def test_lines_that_do_not_belong_together_stay_apart(later: Entry) -> None:
     assert len(merged(logged("a", 1.0, "first"), later)) == 2
+
+
+def test_colours_are_no_part_of_a_message() -> None:
+    found = log_entries.entry_of(read("\x1b[33m[ WARN] [1.0]: low\x1b[0m"), "pi", "s", 0.0)
+    assert found.message == "[ WARN] [1.0]: low"
 
 
 def test_an_output_without_end_is_shown_in_parts() -> None:
