@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from queue import Queue
@@ -10,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from swarmctl import streams
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.health import host_logs
@@ -20,7 +24,7 @@ from swarmctl.remote.transport import HostError, Kind
 
 LAPTOP, PI = "koala-laptop", "k3-pi"
 AWAY = HostError(Kind.UNREACHABLE, "no answer")
-FAILED = HostError(Kind.FAILED, "journalctl ended with status 1")
+FAILED = HostError(Kind.FAILED, "journalctl ended with status 1", "look")
 Found = list[tuple[str, HostLog | HostError]]
 
 
@@ -51,7 +55,11 @@ def logs(
 
 def test_hosts_that_do_not_answer_hold_up_nobody(logs: Callable[..., Any]) -> None:
     there = (LAPTOP, log(LAPTOP, (2.0, "b"), (1.0, "a")))
-    assert logs([there, (PI, AWAY)]) == (exit_codes.HOSTS_UNREACHABLE, ["a", "b"], f"{PI}: no answer\n")
+    assert logs([there, (PI, AWAY)]) == (
+        exit_codes.HOSTS_UNREACHABLE,
+        ["a", "b"],
+        f"{PI}  unreachable: no answer\n",
+    )
     assert logs([there, (PI, FAILED)])[0] == exit_codes.HOSTS_FAILED
     assert logs([there, (PI, log(PI))])[0] == exit_codes.OK
 
@@ -81,8 +89,19 @@ def test_following_names_a_lost_host_once_until_it_is_back(logs: Callable[..., A
         *[(LAPTOP, log(LAPTOP, (2.0, "b"))), (PI, log(PI, (1.0, "a"))), (PI, AWAY), (PI, AWAY)],
         *[(PI, log(PI, (3.0, "c"))), (LAPTOP, FAILED), (PI, FAILED)],
     ]
-    assert logs(found, "--follow") == (
-        exit_codes.HOSTS_FAILED,
-        ["a", "b", "c"],
-        f"{PI}: no answer\n{PI}: connected again\n{LAPTOP}: {FAILED}\n{PI}: {FAILED}\n",
+    status, shown, err = logs(found, "--follow")
+    assert (status, shown) == (exit_codes.HOSTS_FAILED, ["a", "b", "c"])
+    assert err == (
+        f"{PI}  unreachable: no answer\n{PI}  connected again\n"
+        f"{LAPTOP}  failed: {FAILED}\n  help: look\n{PI}  failed: {FAILED}\n  help: look\n"
     )
+
+
+def test_following_ends_when_nobody_reads_it(
+    logs: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    stdout = io.TextIOWrapper(io.BufferedWriter(streams.Output(writer, "w")))
+    monkeypatch.setattr(sys, "stdout", stdout)
+    assert logs([(LAPTOP, log(LAPTOP, (1.0, "a"))), (PI, log(PI))], "--follow")[0] == exit_codes.OK

@@ -100,14 +100,14 @@ def test_following_goes_on_after_a_cut_without_loss_or_doubles(two: LabSwarm) ->
         wait_for(lambda: len(following.numbers("there")) > 5 and len(following.numbers("here")) > 5)
         two.cut("pi")
         try:
-            wait_for(lambda: following.reported("pi: "), complaint="the lost link is not reported")
+            wait_for(lambda: following.reported("pi  "), complaint="the lost link is not reported")
             before = len(following.numbers("here"))
             wait_for(
                 lambda: len(following.numbers("here")) > before + 5, complaint="one host holds up others"
             )
         finally:
             two.join("pi")
-        wait_for(lambda: following.reported("pi: connected again"))
+        wait_for(lambda: following.reported("pi  connected again"))
         last = following.numbers("there")[-1]
         wait_for(lambda: following.numbers("there")[-1] > last + 50)
     finally:

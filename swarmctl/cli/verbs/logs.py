@@ -110,16 +110,24 @@ class _Output:
             return exit_codes.HOSTS_FAILED
         return exit_codes.HOSTS_UNREACHABLE if self.away else exit_codes.OK
 
+    def is_final(self, hosts: Iterable[str]) -> bool:
+        """True once every host has an error that stays."""
+        return not any(one not in self.away or self.away[one].retryable for one in hosts)
+
     def error(self, host: str, error: HostError) -> None:
         """Prints the first error of a host in a row."""
+        from swarmctl.views.escape import printable
+
         if host not in self.away:
-            console.show(f"{host}: {error}", error=True)
+            console.show(f"{host}  {error.kind.value}: {printable(error.message)}", error=True)
+            if error.hint:
+                console.show(f"  help: {printable(error.hint)}", error=True)
         self.away[host] = error
 
     def host(self, host: str, log: HostLog) -> None:
         """Prints what is worth knowing about the log of a host."""
         if self.away.pop(host, None):
-            console.show(f"{host}: connected again", error=True)
+            console.show(f"{host}  connected again", error=True)
         if abs(log.offset) >= _OFFSET and host not in self._clocks:
             self._clocks.add(host)
             console.show(f"note: {host}: its clock is {log.offset:+.1f} s off; corrected", error=True)
@@ -160,7 +168,8 @@ def _read(question: Question, targets: list[Target], output: _Output, parallel: 
 
 
 def _follow(question: Question, targets: list[Target], output: _Output) -> None:
-    """Prints what comes, until Ctrl-C, which is how it ends, or until no host is left."""
+    """Prints what comes, until Ctrl-C, until nobody reads it, or until no host is left."""
+    from swarmctl import streams
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.health.host_logs import followed
     from swarmctl.health.log_entries import Merge
@@ -170,7 +179,7 @@ def _follow(question: Question, targets: list[Target], output: _Output) -> None:
     first = time.monotonic() + _FIRST
     try:
         waiting = followed(question, targets, transport())
-        while any(one not in output.away or output.away[one].retryable for one in question.parts):
+        while not (streams.has_failed() or output.is_final(question.parts)):
             try:
                 host, found = waiting.get(timeout=_TICK)
             except Empty:
