@@ -53,6 +53,12 @@ def _text(raw: Output, like: io.TextIOWrapper) -> io.TextIOWrapper:
     )
 
 
+def has_failed() -> bool:
+    """True once stdout can no longer be written, for verbs without an end."""
+    raw = getattr(getattr(sys.stdout, "buffer", None), "raw", None)
+    return isinstance(raw, Output) and raw.failure is not None
+
+
 def finish(output: Output | None) -> bool:
     """Flushes both streams. Returns False if stdout lacks something that its reader still waits for."""
     sys.stdout.flush()

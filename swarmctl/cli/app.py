@@ -145,6 +145,13 @@ _LOOK = (
         example="ui swarm.yaml",
     ),
     Verb(
+        "logs",
+        "Show what drivers and programs have logged, of all hosts in the order of time.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="logs swarm.yaml k3 --since 10m --level warn",
+    ),
+    Verb(
         "exporter",
         "Serve the health of the swarm to Prometheus, until Ctrl-C.",
         example="exporter swarm.yaml",

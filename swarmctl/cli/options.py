@@ -33,13 +33,13 @@ Specs = Annotated[
 AnySpec = Annotated[
     SpecFiles | None, typer.Argument(help="The swarm's YAML file.", callback=spec_args.given, **_SPEC)
 ]
-Overlays = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--file", "-f", metavar="FILE", is_eager=True,
-        help="Overlay this file on SPEC (repeatable); without SPEC, the first file is the spec.",
-    ),
-]  # fmt: skip
+_FILE: Any = {
+    "metavar": "FILE",
+    "is_eager": True,
+    "help": "Overlay this file on SPEC (repeatable); without SPEC, the first file is the spec.",
+}
+Overlays = Annotated[list[Path] | None, typer.Option("--file", "-f", **_FILE)]
+LongOverlays = Annotated[list[Path] | None, typer.Option("--file", **_FILE)]  # where -f means something else
 Workspaces = Annotated[
     list[Path] | None,
     typer.Option(

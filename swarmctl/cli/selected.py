@@ -42,6 +42,30 @@ def hosts_and_robots(
     return direct, [name for name, one in known.robots.items() if name in meant or one.host in direct]
 
 
+def parts(known: Candidates, selections: Sequence[str] | None, option: str) -> dict[str, list[str]]:
+    """By selected host, the robots and programs that are meant there; none where the whole host is meant.
+
+    A program is named alone, as ``map`` or ``program:map``. Exits with an error for none.
+    """
+    if not selections:
+        return {host: [] for host in known.hosts}
+    named = {one: one.removeprefix("program:") for one in selections}
+    programs = [
+        name for one, name in named.items() if name in known.programs and one not in known.hosts_and_robots
+    ]
+    others = [one for one in selections if named[one] not in programs]
+    found = _selected(known, others, "hosts", option) if others else None
+    meant = {host: list(found.through.get(host, ())) for host in found.names} if found else {}
+    whole = {host for host, robots in meant.items() if not robots}
+    for name in programs:
+        host = known.host_of_program(name)
+        if host is None:
+            console.fail(f"{option}: program `{name}` runs on no host")
+        if host not in whole:
+            meant.setdefault(host, []).append(name)
+    return {host: meant[host] for host in known.hosts if host in meant}
+
+
 def one(known: Candidates, selection: str, kind: Kind, option: str) -> str:
     """The one host or robot that is selected; exits with an error that names all for several."""
     from swarmctl.yamltext import hostlist

@@ -185,9 +185,7 @@ class Selector:
         program = self.candidates.programs[name]
         if self.kind == "robots":
             return program.robot if program.robot in self.candidates.robots else None
-        robot = self.candidates.robots.get(program.robot or "")
-        host = program.host or (robot.host if robot else None)
-        return host if host in self.candidates.hosts else None
+        return self.candidates.host_of_program(name)
 
     def _of_mode(self, mode: str, word: Word) -> Iterable[str]:
         if not self.candidates.islands:

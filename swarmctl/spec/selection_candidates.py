@@ -50,6 +50,13 @@ class Candidates:
         """Returns the names of all hosts, or of all robots."""
         return self.hosts if kind == "hosts" else self.robots
 
+    def host_of_program(self, name: str) -> str | None:
+        """Returns the host that a program runs on; None if the swarm has none for it."""
+        program = self.programs[name]
+        robot = self.robots.get(program.robot or "")
+        host = program.host or (robot.host if robot else None)
+        return host if host in self.hosts else None
+
     def named(self, prefix: str) -> Collection[str]:
         """Returns what can stand after a prefix of the grammar."""
         known: Mapping[str, Collection[str]] = {

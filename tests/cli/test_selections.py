@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from swarmctl.cli import exit_codes
+from swarmctl.cli import exit_codes, selected
 from swarmctl.cli.app import run
 from swarmctl.lab import lab
 from swarmctl.lab.lab_plan import plan_of
@@ -304,6 +304,26 @@ def test_a_selection_of_one_robot_is_its_name(spec: str, capsys: pytest.CaptureF
     captured = capsys.readouterr()
     assert "rover" in captured.out
     assert captured.err == "note: --path TO selects rover\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ((), {"laptop": [], "pi-1": [], "pi-2": [], "pi-3": []}),
+        (("k3-1",), {"pi-1": ["k3-1"]}),
+        (("k3-3", "pi-1"), {"pi-1": [], "pi-3": ["k3-3"]}),
+        (("@old",), {"pi-1": ["k3-1"], "pi-2": ["k3-2"]}),
+        (("map", "k3-3"), {"laptop": ["map"], "pi-3": ["k3-3"]}),
+        (("program:map", "laptop"), {"laptop": []}),
+    ],
+)
+def test_parts_of_hosts_are_robots_and_programs(
+    spec: str, words: tuple[str, ...], found: dict[str, list[str]]
+) -> None:
+    Path(spec).write_text(f"{SPEC}programs:\n  map: {{host: laptop, command: [map]}}\n")
+    swarm, _ = load_swarm(Path(spec))
+    assert swarm is not None
+    assert selected.parts(swarm.candidates, words, "SELECTION") == found
 
 
 def test_the_effective_spec_shows_the_names(spec: str, capsys: pytest.CaptureFixture[str]) -> None:

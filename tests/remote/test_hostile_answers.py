@@ -68,6 +68,10 @@ FITTING: dict[str, Any] = {
     "history": {
         "entries": [ENTRY], "release": None, "secrets": "", "releases": [], "secret_sets": [], "last": "",
     },
+    "logs": {
+        "clock": 1.0, "cursor": "", "cut": False,
+        "entries": [{"time": 1.0, "unit": "k3.service", "priority": 6, "message": "m"}],
+    },
     "stop": {"deployed": True, "elapsed": 0.1, "robots": {"k3": MOTION}},
     "start": {"deployed": True, "released": ["k3"]},
     "restart": {"deployed": True, "restarted": ["k3.service"]},

@@ -6,6 +6,7 @@ from typing import Mapping
 
 from .history_messages import HistoryAnswer
 from .host_list_messages import HostListAnswer
+from .log_messages import LogsAnswer
 from .messages import (
     ApplyAnswer,
     ConfirmAnswer,
@@ -27,6 +28,7 @@ ANSWERS: Mapping[str, type] = {
     "apply": ApplyAnswer,
     "rollback": ApplyAnswer,
     "history": HistoryAnswer,
+    "logs": LogsAnswer,
     "hold": HoldAnswer,
     "confirm": ConfirmAnswer,
     "undo": ConfirmAnswer,

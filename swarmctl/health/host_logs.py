@@ -1,0 +1,171 @@
+"""Reads the logs of the swarm's units from hosts: what they have, or what comes, over links that get lost."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from queue import Queue
+from typing import Any
+
+from swarm_onboard.agent.log_messages import LogsAnswer, LogsRequest
+
+from swarmctl.health.log_entries import Entry, entry_of
+from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote.parallel_hosts import Event
+from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
+
+VERBS = ("logs",)
+ROUND = 30.0  # s that one request follows the journal
+PAUSES = (1.0, 2.0, 4.0, 8.0, 10.0)  # s before a host is connected again
+_MOST_WAITING = 64  # pieces of logs that are not yet shown; then the hosts wait
+_LATE = 30.0  # s beyond a round
+
+
+@dataclass(frozen=True)
+class HostLog:
+    """What a host has logged; ``offset`` is how far its clock is ahead, in s; ``cut`` if there was more."""
+
+    entries: list[Entry]
+    offset: float
+    cut: bool
+
+
+@dataclass(frozen=True)
+class Question:
+    """The last ``lines`` since ``since``, in s by the operator's clock, 0 for ever; of each host these parts.
+
+    A host without ``parts`` shows all units of the swarm.
+    """
+
+    swarm: str
+    parts: Mapping[str, Sequence[str]]
+    lines: int
+    since: float
+
+    def request(self, host: str) -> LogsRequest:
+        """The request for the clock of a host alone."""
+        parts = list(self.parts[host])
+        return {
+            "verb": "logs", "swarm": self.swarm, "parts": parts,
+            "lines": 0, "since": 0.0, "after": "", "follow": 0.0,
+        }  # fmt: skip
+
+
+@dataclass
+class HostReader:
+    """Reads one host, over one connection after the other; it knows what has been read."""
+
+    question: Question
+    host: str
+    _cursor: str = ""
+    _begun: float = 0.0  # by the clock of the host, once the last entries were read
+    _offset: float = field(default=0.0, init=False)
+
+    def last(self, agent: AgentSession) -> HostLog:
+        """The last entries. Raises ``HostError``."""
+        self._measure(agent)
+        question, request = self.question, self.question.request(self.host)
+        since = max(0.0, question.since + self._offset) if question.since else 0.0
+        answer: LogsAnswer = agent.request({**request, "lines": question.lines, "since": since})
+        self._cursor, self._begun = answer["cursor"], answer["clock"]
+        return self._log(answer)
+
+    def follow(self, agent: AgentSession, show: Callable[[HostLog], None]) -> None:
+        """Shows what comes after what was read, for ``ROUND``. Raises ``HostError``."""
+
+        def take(note: str) -> None:
+            answer = _answer(note)
+            show(self._log(answer))
+            self._cursor = answer["cursor"]
+
+        self._measure(agent)
+        place = {"after": self._cursor, "since": self._begun, "follow": ROUND}
+        agent.request({**self.question.request(self.host), **place}, on_note=take, timeout=ROUND + _LATE)
+
+    def follow_for_ever(
+        self,
+        connected: Callable[[Callable[[AgentSession], None]], None],
+        show: Callable[[HostLog | HostError], None],
+        sleep: Callable[[float], object],
+    ) -> None:
+        """Shows the last entries and all that come; returns after an error that stays.
+
+        ``connected`` calls its argument with an agent of the host, or raises ``HostError``. After a lost link
+        it is called again, and what is shown first then may have no entries.
+        """
+        failures = 0
+
+        def work(agent: AgentSession) -> None:
+            nonlocal failures
+            show(HostLog([], self._offset, cut=False) if self._begun else self.last(agent))
+            while True:
+                self.follow(agent, show)
+                failures = 0
+
+        while True:
+            try:
+                connected(work)
+            except HostError as error:
+                show(error)
+                if not error.retryable:
+                    return
+            sleep(PAUSES[min(failures, len(PAUSES) - 1)])
+            failures += 1
+
+    def _measure(self, agent: AgentSession) -> None:
+        request = self.question.request(self.host)
+        agent.request(request)  # the first one starts the agent
+        sent = time.time()
+        clock: float = agent.request(request)["clock"]
+        self._offset = clock - (sent + time.time()) / 2
+
+    def _log(self, answer: LogsAnswer) -> HostLog:
+        entries = [entry_of(one, self.host, self.question.swarm, self._offset) for one in answer["entries"]]
+        return HostLog(entries, self._offset, answer["cut"])
+
+
+def _answer(note: str) -> LogsAnswer:
+    try:
+        value: Any = json.loads(note)
+    except (ValueError, RecursionError):
+        raise HostError(Kind.PROTOCOL, "the log cannot be read") from None
+    agent_client.check_type(value, LogsAnswer, "a note of `logs`")
+    answer: LogsAnswer = value
+    return answer
+
+
+def host_logs(
+    question: Question, targets: Sequence[Target], transport: Transport, *, parallel: int
+) -> Iterator[Event[HostLog]]:
+    """Reads the last entries of every host. Yields events."""
+
+    def work(session: Session, target: Target, note: object) -> HostLog:
+        with agent_client.agent_session(session, verbs=VERBS) as agent:
+            return HostReader(question, target.host).last(agent)
+
+    return parallel_hosts.run(targets, work, transport=transport, parallel=parallel)
+
+
+def followed(
+    question: Question, targets: Sequence[Target], transport: Transport
+) -> Queue[tuple[str, HostLog | HostError]]:
+    """A queue of what hosts log, and of their errors; one connection a host, until the process ends."""
+    waiting: Queue[tuple[str, HostLog | HostError]] = Queue(_MOST_WAITING)
+
+    def work(target: Target) -> None:
+        def connected(use: Callable[[AgentSession], None]) -> None:
+            with (
+                transport.connect(target) as session,
+                agent_client.agent_session(session, verbs=VERBS) as agent,
+            ):
+                use(agent)
+
+        reader = HostReader(question, target.host)
+        reader.follow_for_ever(connected, lambda found: waiting.put((target.host, found)), time.sleep)
+
+    for target in targets:
+        threading.Thread(target=work, args=(target,), daemon=True).start()
+    return waiting

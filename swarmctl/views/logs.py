@@ -1,0 +1,29 @@
+"""Lines for each log entry, coloured by its source."""
+
+from __future__ import annotations
+
+import zlib
+from datetime import datetime, timezone
+
+from rich.text import Text
+
+from swarmctl.health.log_entries import Entry
+from swarmctl.views.escape import printable
+
+_COLOURS = ("cyan", "green", "magenta", "blue", "bright_cyan", "bright_green", "bright_magenta")
+_OF_LEVEL = {"warn": "yellow", "error": "red", "fatal": "bold red"}
+
+
+def lines(entry: Entry) -> Text:
+    """Such as ``21:00:03.120 k3  warn   battery low``, with further lines of the message below."""
+    robot = entry.source.partition("/")[0]
+    when = datetime.fromtimestamp(entry.time, timezone.utc).astimezone().strftime("%H:%M:%S.%f")[:-3]
+    first, *rest = (printable(one) for one in entry.message.split("\n"))
+    return Text.assemble(
+        f"{when} ",
+        (printable(entry.source), _COLOURS[zlib.crc32(robot.encode()) % len(_COLOURS)]),
+        "  ",
+        (f"{entry.level:5}", _OF_LEVEL.get(entry.level, "")),
+        f"  {first}",
+        *(f"\n    {one}" for one in rest),
+    )
