@@ -26,9 +26,10 @@ from swarmctl.remote.transport import HostError, Kind, Session, Target, Transpor
 
 WINDOW = 0.5  # s of listening to a topic, unless it is slow
 PERIOD = 0.2  # s between two messages on how robots move
-_PAUSE = 3.0  # s between two looks at a host, if nothing is new
+_PAUSE = 8.0  # s between two looks at a host, if nothing is new
 _AGAIN = 1.0  # s until a host that failed is connected to again
 _OVERDUE = 5.0  # s that a host takes for a look beside listening, at most, before it counts as silent
+_SILENT = 4.0  # s without a message on motion, of which five should have come a second
 _PATIENCE = 50.0  # s for one look at most
 _TURN = 30.0  # s of messages on motion for one request
 
@@ -86,8 +87,12 @@ class Watch:
         outcomes: dict[str, Answer | HostError] = {}
         for host in self._hosts:
             at, outcome = last.get(host.name, (self._began, None))
-            overdue = outcome is None or now - at > host.longest
-            outcomes[host.name] = _silent(now - at) if overdue or outcome is None else outcome
+            heard = host.heard
+            if outcome is None or now - at > host.longest:
+                outcome = _silent(now - at)
+            elif heard is not None and now - heard > _SILENT:
+                outcome = _silent(now - heard)
+            outcomes[host.name] = outcome
         return Seen(outcomes, now - min((at for at, _ in last.values()), default=self._began))
 
     def _watch(self, host: _Watched, stop: Stop) -> None:
@@ -100,6 +105,7 @@ class Watch:
 
     def _connected(self, host: _Watched, stop: Stop) -> None:
         """Looks over one connection until it ends. Raises ``HostError``."""
+        host.heard = None
         with (
             self._transport.connect(host.target) as session,
             stop.guarding(session),
@@ -115,6 +121,8 @@ class Watch:
 
     def _take(self, host: _Watched, outcome: Answer | HostError, stop: Stop) -> None:
         if not stop.requested:
+            if isinstance(outcome, HostError):
+                host.heard = None
             with self._lock:
                 self._last[host.name] = time.monotonic(), outcome
             self._changed.set()
@@ -124,8 +132,10 @@ class Watch:
         with suppress(HostError), agent_client.agent_session(session, verbs=("telemetry",)) as agent:
             while not stop.requested:
                 agent.request(host.telemetry, on_note=partial(self._note, host), timeout=_TURN + _OVERDUE)
+        host.heard = None
 
     def _note(self, host: _Watched, text: str) -> None:
+        host.heard = time.monotonic()
         note = json.loads(text)
         agent_client.check_type(note, Telemetry, "what a host reports of its robots")
         if host.is_news(note):
@@ -148,11 +158,13 @@ class _Watched:
             "seconds": _TURN,
         }
         self.news = threading.Event()
+        self.heard: float | None = None  # when the connection last brought a message on motion
         self._state: object = None
 
     def is_news(self, note: Telemetry) -> bool:
-        """Returns True if a driver or a device came or went, or a driver has another trouble."""
-        state = {name: _trouble(one) for name, one in note["robots"].items()}, note["missing"]
+        """Returns True if a driver, a device or a unit came or went, or a driver's trouble did."""
+        troubles = {name: _trouble(one) for name, one in note["robots"].items()}
+        state = troubles, note["missing"], note["units"]
         before, self._state = self._state, state
         return before is not None and state != before
 

@@ -10,7 +10,7 @@ const MARKS = { // a shape for each state, for those who do not see its colour
   skipped: "M1 6h12v2H1z",
 };
 const RANK = ["ok", "skipped", "warning", "unknown", "bad"];
-const LATE = 10; // s after which a look at the hosts is old
+const LATE = 25; // s after which a look at the hosts is old
 let look = null; // the last one: {status, causes, age}, and `came`, ms
 
 /** The mark of a state, with its name for screen readers. */

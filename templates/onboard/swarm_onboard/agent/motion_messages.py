@@ -138,10 +138,11 @@ class RobotTelemetry(TypedDict):
 
 
 class Telemetry(TypedDict):
-    """A note of ``telemetry``: the robots that answer, and those whose device is ``missing``."""
+    """A note: the robots that answer, those whose device is ``missing``, the ``units`` that run."""
 
     robots: dict[str, RobotTelemetry]
     missing: list[str]
+    units: list[str]
 
 
 class TelemetryAnswer(TypedDict):
