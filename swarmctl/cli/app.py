@@ -140,6 +140,13 @@ _LOOK = (
         example="status swarm.yaml --watch",
     ),
     Verb(
+        "exec",
+        "Run a command on hosts, at once.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="exec swarm.yaml '*' -- uptime",
+    ),
+    Verb(
         "exporter",
         "Serve the health of the swarm to Prometheus, until Ctrl-C.",
         example="exporter swarm.yaml",

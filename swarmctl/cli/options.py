@@ -40,6 +40,13 @@ Overlays = Annotated[
         help="Overlay this file on SPEC (repeatable); without SPEC, the first file is the spec.",
     ),
 ]  # fmt: skip
+LongOverlays = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--file", metavar="FILE", is_eager=True,
+        help="Overlay this file on SPEC (repeatable); without SPEC, the first file is the spec.",
+    ),
+]  # fmt: skip
 Workspaces = Annotated[
     list[Path] | None,
     typer.Option(
