@@ -147,6 +147,11 @@ _LOOK = (
         example="exec swarm.yaml '*' -- uptime",
     ),
     Verb(
+        "ssh",
+        "Open a shell on a host, or run a command there at this terminal.",
+        example="ssh swarm.yaml k3",
+    ),
+    Verb(
         "exporter",
         "Serve the health of the swarm to Prometheus, until Ctrl-C.",
         example="exporter swarm.yaml",

@@ -65,14 +65,14 @@ def run(
     results have no output; otherwise a host that prints more than ``LIMIT`` bytes on a stream gets an error.
     Who stops reading the events ends the command everywhere: by SIGTERM, 5 s later by SIGKILL.
     """
-    room = threading.Semaphore(_AHEAD)
+    ahead = threading.Semaphore(_AHEAD)
     line = f"exec /bin/sh -c {shlex.quote(_SCRIPT)} sh {shlex.quote(command)}"
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Ran:
         assert not isinstance(session, WorkerSession)
 
         def say(text: str) -> None:
-            room.acquire()  # a host that floods waits for the terminal
+            ahead.acquire()  # a host that floods waits for the terminal
             note(text)
 
         with session.channel(line, limit=1 << 30) as channel:
@@ -81,7 +81,7 @@ def run(
     for event in parallel_hosts.run(targets, work, transport=transport, parallel=parallel):
         yield event
         if isinstance(event, Note):
-            room.release()
+            ahead.release()
 
 
 def ran(event: Finished[Ran] | Skipped) -> Ran:

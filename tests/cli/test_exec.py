@@ -142,16 +142,16 @@ def test_the_selection_and_the_command_are_as_written(
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (("pi-1", "pi-2", "--", "ls"), "select several as one word: `pi-1,pi-2`"),
         (("all", "-f", "--json", "--", "ls"), "--follow and --json exclude each other"),
     ],
 )
 def test_what_is_not_run(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], said: str
+    folder: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], message: str
 ) -> None:
     sent = answers(monkeypatch)
     done = swarmctl("exec", *words, cwd=folder)
     assert (done.returncode, sent) == (exit_codes.USAGE, [])
-    assert said in done.stderr
+    assert message in done.stderr

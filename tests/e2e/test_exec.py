@@ -39,6 +39,9 @@ def test_a_command_on_hosts(spec: Path) -> None:
     assert done.stdout == "alpha, exit code 5\n    robot\nbeta, exit code 5\n    root\n"
     assert done.returncode == 5
 
+    one = swarmctl("ssh", spec, "rover", "--", "hostname; echo e >&2; exit 4")
+    assert (one.stdout, one.stderr.splitlines()[-1], one.returncode) == ("alpha\n", "e", 4)
+
     for command in ("sleep 9999", "sudo sleep 9999"):
         able = ("env", "--default-signal=INT")  # workers of pytest ignore Ctrl-C
         words = (*able, SWARMCTL, "exec", spec, "--lab", "-f", "*", "--", f"echo begun; {command}")
@@ -47,9 +50,9 @@ def test_a_command_on_hosts(spec: Path) -> None:
             begun = sorted(running.stdout.readline() for _ in range(2))
             assert begun == ["alpha: begun\n", "beta: begun\n"]
             running.send_signal(signal.SIGINT)
-            _, said = running.communicate(timeout=PATIENCE)
+            _, message = running.communicate(timeout=PATIENCE)
         assert running.returncode == 130
-        assert "the command was ended on alpha, beta" in said
+        assert "the command was ended on alpha, beta" in message
         for host in ("alpha", "beta"):
             wait_for(
                 lambda host=host: not succeeds("tiny", host, "pgrep -f 'sleep [9]999'"),
