@@ -152,6 +152,18 @@ _LOOK = (
         example="logs swarm.yaml k3 --since 10m --level warn",
     ),
     Verb(
+        "exec",
+        "Run a command on hosts, at once.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="exec swarm.yaml '*' -- uptime",
+    ),
+    Verb(
+        "ssh",
+        "Open a shell on a host, or run a command there at this terminal.",
+        example="ssh swarm.yaml k3",
+    ),
+    Verb(
         "exporter",
         "Serve the health of the swarm to Prometheus, until Ctrl-C.",
         example="exporter swarm.yaml",

@@ -137,10 +137,17 @@ def known_elsewhere() -> KnownHosts:
 
 
 def targets(swarm: NamedHosts, known: KnownHosts) -> tuple[Mapping[str, Target], tuple[str, ...]]:
-    """How to reach every host, by name, and what in ``~/.ssh/config`` is ignored.
+    """How to reach every host, by name, and what in ``~/.ssh/config`` is ignored; asks for passphrases.
 
     Ends the program if that file is wrong.
     """
+    found, warnings = resolved(swarm, known)
+    ask_passphrases(found.values())
+    return found, (*warnings, *_unused(found.values()))
+
+
+def resolved(swarm: NamedHosts, known: KnownHosts) -> tuple[Mapping[str, Target], tuple[str, ...]]:
+    """The same for the program ``ssh``, which uses all of that file and asks itself."""
     from swarmctl.remote.openssh_files import OpenSshFileError
     from swarmctl.remote.ssh_config import Resolver, SshConfig
 
@@ -153,8 +160,7 @@ def targets(swarm: NamedHosts, known: KnownHosts) -> tuple[Mapping[str, Target],
         console.fail(
             str(error), "swarmctl reads `~/.ssh/config` as ssh does; `ssh -G HOST` reports the same line"
         )
-    ask_passphrases(found.values())
-    return found, (*config.warnings, *_unused(found.values()))
+    return found, tuple(config.warnings)
 
 
 def _unused(targets: Iterable[Target]) -> Iterator[str]:

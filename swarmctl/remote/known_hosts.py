@@ -62,6 +62,11 @@ class KnownHosts:
         own, at = _names(host, address, port)
         return self.find(own) or self.find(at)
 
+    def alias(self, host: str, address: str, port: int) -> str:
+        """The name that the file has for a host, for ``HostKeyAlias`` of ssh."""
+        own, at = _names(host, address, port)
+        return next((name for name in own + at if self.find((name,))), own[0])
+
     def revoked(self, host: str, address: str, port: int) -> tuple[str, ...]:
         """The keys that must not be accepted from this host."""
         own, at = _names(host, address, port)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import glob
 import re
-from collections.abc import Mapping, Sequence
+import shlex
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,8 +19,8 @@ from swarmctl.remote.transport import HostError, Kind, Target
 _PLAIN = re.compile(r"[\w.:%@+-]+", re.ASCII)
 _SYSTEM = Path("/etc/ssh/ssh_config")
 
-_ALWAYS = {
-    # Host keys are those beside the spec, and nothing else vouches for a host.
+# Host keys are those beside the spec, and nothing else vouches for a host.
+_HOST_KEYS = {
     "StrictHostKeyChecking": "yes",
     "GlobalKnownHostsFile": "none",
     "UpdateHostKeys": "no",
@@ -29,6 +30,9 @@ _ALWAYS = {
     "GSSAPIKeyExchange": "no",
     "HashKnownHosts": "no",
     "CanonicalizeHostname": "no",
+}
+_ALWAYS = {
+    **_HOST_KEYS,
     # No password is sent, and no program of ssh's own asks for one on the terminal.
     "BatchMode": "yes",
     "PasswordAuthentication": "no",
@@ -114,9 +118,7 @@ def configuration(
     ``home``: the folder ``.ssh``. ``scan``: no login, and the key that the host shows goes to
     ``files.shown``. Times are in s. Raises ``HostError`` for names that no host has.
     """
-    for text in (target.host, target.address, target.user):
-        if not _PLAIN.fullmatch(text) or text.startswith("-"):
-            raise HostError(Kind.UNREACHABLE, f"{target.host}: ssh cannot be given the name {text!r}")
+    _need_plain(target)
     own: dict[str, str] = {
         "HostName": target.address.replace("%", "%%"),
         "User": target.user,
@@ -155,6 +157,52 @@ def known_hosts(target: Target) -> str:
     name = target.host.lower()
     revoked = (f"@revoked {name} {key}\n" for key in target.revoked)
     return "".join([*(f"{name} {key}\n" for key in target.keys), *revoked])
+
+
+def interactive(
+    target: Target,
+    pinned: Path,
+    alias: Callable[[Target], str],
+    command: str = "",
+    *,
+    terminal: bool = False,
+    connect: float,
+    acknowledgement: float,
+) -> tuple[str, ...]:
+    """The command line of ``ssh`` for a person: a shell on the host, or ``command`` there.
+
+    The user's files decide what is neither the way to the host nor its key. ``pinned`` is the file with the
+    keys, in which a host is called ``alias``. Times are in s. Raises ``HostError`` for names that no host
+    has.
+    """
+    _need_plain(target)
+    own = {
+        "HostName": target.address.replace("%", "%%"),
+        "User": target.user,
+        "Port": str(target.port),
+        "HostKeyAlias": alias(target),
+        "UserKnownHostsFile": _path(pinned),
+        "KnownHostsCommand": "none",
+        "ControlPath": "none",  # a connection of the user's may have been opened with other keys
+        "ConnectTimeout": str(max(1, round(connect))),
+        "ServerAliveInterval": str(max(1, round(acknowledgement / 3))),
+        "ServerAliveCountMax": "3",
+        "ProxyCommand": target.proxy_command or "none",
+        **_HOST_KEYS,
+    }
+    if target.jump is not None:
+        hop = interactive(target.jump, pinned, alias, connect=connect, acknowledgement=acknowledgement)
+        way = [*hop[:-2], "-W", f"[{target.address}]:{target.port}", *hop[-2:]]
+        own["ProxyCommand"] = shlex.join(way).replace("%", "%%")
+    lines = [*own.items(), *(("IdentityFile", _path(path.expanduser())) for path in target.identities)]
+    words = [word for name, value in lines for word in ("-o", f"{name}={value}")]
+    return ("ssh", *words, *(["-t"] if terminal else []), "--", target.host, *([command] if command else []))
+
+
+def _need_plain(target: Target) -> None:
+    for text in (target.host, target.address, target.user):
+        if not _PLAIN.fullmatch(text) or text.startswith("-"):
+            raise HostError(Kind.UNREACHABLE, f"{target.host}: ssh cannot be given the name {text!r}")
 
 
 def through(hop: Target, files: Files, program: str) -> str:

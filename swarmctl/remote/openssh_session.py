@@ -10,7 +10,7 @@ from pathlib import Path
 from swarmctl.remote.openssh_mux import MuxSession, RefusedError
 from swarmctl.remote.openssh_process import SshProcess
 from swarmctl.remote.ssh_errors import lost
-from swarmctl.remote.ssh_limits import SESSION_PAUSES
+from swarmctl.remote.ssh_limits import FOREVER, SESSION_PAUSES
 from swarmctl.remote.stream_exchange import Streams, exchange
 from swarmctl.remote.sudo_password import SudoPassword
 from swarmctl.remote.transport import CHANNEL_TIMEOUT, HostError, Output
@@ -70,12 +70,27 @@ class OpenSshChannel:
 
         Raises ``HostError`` if the command ends early or ``timeout`` seconds pass; that ends the connection.
         """
+        return self._exchanged(stdin, enough, timeout)
+
+    def more(self) -> Output:
+        """Returns the next output of either stream."""
+        return self._exchanged((), bool, FOREVER, bool)
+
+    def _exchanged(
+        self,
+        stdin: Sequence[bytes],
+        enough: Callable[[bytes], bool],
+        timeout: float,
+        enough_errors: Callable[[bytes], bool] = lambda _: False,
+    ) -> Output:
         if self._failure is not None:
             raise self._failure
         begun = time.monotonic()
         try:
             streams = self._streams = self._streams or self._started(timeout)
-            return exchange(streams, stdin, enough, limit=self._limit, timeout=timeout, begun=begun)
+            return exchange(
+                streams, stdin, enough, enough_errors, limit=self._limit, timeout=timeout, begun=begun
+            )
         except HostError as error:
             self._failure = error  # what arrives later must not be taken for the answer to something else
             self._process.kill()

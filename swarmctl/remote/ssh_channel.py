@@ -11,7 +11,7 @@ from threading import Timer
 
 from swarmctl.remote.lean_paramiko import paramiko
 from swarmctl.remote.ssh_errors import flooded, lost, unfinished, with_losses
-from swarmctl.remote.ssh_limits import SESSION_PAUSES
+from swarmctl.remote.ssh_limits import FOREVER, SESSION_PAUSES
 from swarmctl.remote.sudo_password import SudoPassword
 from swarmctl.remote.tcp import PromptSocket
 from swarmctl.remote.transport import CHANNEL_TIMEOUT, HostError, Kind, Output
@@ -70,11 +70,27 @@ class SshChannel:
 
         Raises ``HostError`` if the command ends early or ``timeout`` seconds pass.
         """
+        return self._exchanged(stdin, enough, timeout)
+
+    def more(self) -> Output:
+        """Returns the next output of either stream."""
+        return self._exchanged((), bool, FOREVER, bool)
+
+    def _exchanged(
+        self,
+        stdin: Sequence[bytes],
+        enough: Callable[[bytes], bool],
+        timeout: float,
+        enough_errors: Callable[[bytes], bool] = lambda _: False,
+    ) -> Output:
         if self._failure is not None:
             raise self._failure
         try:
             with self._deadline(timeout):
-                return _Exchange(self._host, self._started(timeout), stdin, self._limit, enough).complete()
+                started = self._started(timeout)
+                return _Exchange(
+                    self._host, started, stdin, self._limit, enough, enough_errors=enough_errors
+                ).complete()
         except HostError as error:
             self._failure = error  # what arrives later must not be taken for the answer to something else
             self.close()
@@ -131,6 +147,8 @@ class _Exchange:
         stdin: Sequence[bytes],
         limit: int,
         enough: Callable[[bytes], bool],
+        *,
+        enough_errors: Callable[[bytes], bool],
     ) -> None:
         self._host = host
         self._channel = channel
@@ -138,6 +156,7 @@ class _Exchange:
         self._pending = deque(memoryview(chunk) for chunk in stdin if chunk)
         self._limit = limit
         self._enough = enough
+        self._enough_errors = enough_errors
         self._stdout = bytearray()
         self._stderr = bytearray()
 
@@ -156,7 +175,10 @@ class _Exchange:
                     return Output(None, bytes(self._stdout), bytes(self._stderr))
                 moved = True
             if channel.recv_stderr_ready():
-                self._keep(self._stderr, channel.recv_stderr(_CHUNK))
+                piece = channel.recv_stderr(_CHUNK)
+                self._keep(self._stderr, piece)
+                if self._enough_errors(piece):
+                    return Output(None, bytes(self._stdout), bytes(self._stderr))
                 moved = True
             if over and not moved:
                 break

@@ -11,6 +11,7 @@ from typing import TypeVar
 from swarmctl.remote.ssh_errors import DroppedError
 from swarmctl.remote.transport import CHANNEL_TIMEOUT
 
+FOREVER = 3e7  # s, a year: how long a command may run that a person waits for
 SESSION_PAUSES = (0.05, 0.2, 0.5)  # s before a session is requested again: sshd may count one just closed
 
 R = TypeVar("R")

@@ -41,6 +41,7 @@ def exchange(
     streams: Streams,
     stdin: Sequence[bytes],
     enough: Callable[[bytes], bool],
+    enough_errors: Callable[[bytes], bool],
     *,
     limit: int,
     timeout: float,
@@ -48,22 +49,29 @@ def exchange(
 ) -> Output:
     """Sends ``stdin`` and returns the output once ``enough`` accepts it, or the command has ended.
 
+    ``enough`` sees what comes on standard output, ``enough_errors`` what comes on standard error.
+
     Raises ``HostError`` for more than ``limit`` bytes on a stream, and ``timeout`` seconds after ``begun``,
     a time of the monotonic clock.
     """
-    return _Exchange(streams, stdin, enough, limit).complete(timeout, begun)
+    return _Exchange(streams, stdin, enough, enough_errors, limit).complete(timeout, begun)
 
 
 class _Exchange:
     def __init__(
-        self, streams: Streams, stdin: Sequence[bytes], enough: Callable[[bytes], bool], limit: int
+        self,
+        streams: Streams,
+        stdin: Sequence[bytes],
+        enough: Callable[[bytes], bool],
+        enough_errors: Callable[[bytes], bool],
+        limit: int,
     ) -> None:
         self._streams = streams
         # Slices of a memoryview cost nothing; slices of bytes copy the rest of the payload each time.
         self._pending = deque(memoryview(chunk) for chunk in stdin if chunk)
-        self._enough = enough
+        self._enough = {streams.stdout: enough, streams.stderr: enough_errors}
         self._limit = limit
-        self._received = {streams.stdout: bytearray(), streams.stderr: bytearray()}
+        self._received = {streams.stderr: bytearray(), streams.stdout: bytearray()}
         self._open = set(self._received)
 
     def complete(self, timeout: float, begun: float) -> Output:
@@ -74,9 +82,7 @@ class _Exchange:
             ready = self._ready(end, runs=status is None)
             if self._streams.stdin in ready:
                 self._feed()
-            if self._streams.stderr in ready:
-                self._take(self._streams.stderr)
-            if self._streams.stdout in ready and self._take(self._streams.stdout):
+            if any(one in ready and self._take(one) for one in self._received):
                 return self._output(None)
             if status is not None:
                 ended = ended or time.monotonic()
@@ -109,7 +115,7 @@ class _Exchange:
             self._pending.popleft()
 
     def _take(self, descriptor: int) -> bool:
-        """Reads once; returns True if ``enough`` accepts what came on standard output."""
+        """Reads once; returns True if what came is enough."""
         try:
             piece = os.read(descriptor, _CHUNK)
         except BlockingIOError:
@@ -121,7 +127,7 @@ class _Exchange:
         if len(kept) + len(piece) > self._limit:
             raise flooded(self._streams.host, self._limit)
         kept += piece
-        return descriptor == self._streams.stdout and self._enough(piece)
+        return self._enough[descriptor](piece)
 
     def _output(self, status: int | None) -> Output:
         return Output(

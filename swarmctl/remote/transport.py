@@ -107,6 +107,13 @@ class Channel(Protocol):
         """
         ...
 
+    def more(self) -> Output:
+        """Wait for more output, on either stream, or the end of the command, while the connection lives.
+
+        Raises ``HostError`` as ``exchange`` does.
+        """
+        ...
+
 
 class AgentSession(Protocol):
     """One agent at work on a host, for all requests of a session."""

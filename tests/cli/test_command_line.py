@@ -63,7 +63,8 @@ def test_the_example_of_a_verb_is_a_command(verb: Verb) -> None:
     words = shlex.split(verb.example)
     assert words[0] == verb.name
     assert f"Example: swarmctl {verb.example}" in " ".join(swarmctl(words[0], "--help").stdout.split())
-    ran = swarmctl(*words, "--help")
+    end = words.index("--") if "--" in words else len(words)
+    ran = swarmctl(*words[:end], "--help", *words[end:])
     assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
 
 
