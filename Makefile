@@ -26,7 +26,7 @@ LABS := $(shell expr $$(nproc) \* 2 + 1)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test test-all check busy power-cuts races scorecard experiments dead-man faults motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools
+.PHONY: demo test test-all check busy power-cuts races scorecard experiments dead-man faults motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools page-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -35,10 +35,10 @@ help: ## show the targets
 demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it; ROS=2 for the one of ROS 2
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" ROS=$(ROS) examples/paper-leader/demo.sh
 
-test: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools lint ## lint, then every test; what fails is run once more, alone
+test: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools lint ## lint, then every test; what fails is run once more, alone
 	$(BIN)/python -m tests.run --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
-test-all: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools lint power-cuts races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab
+test-all: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools lint power-cuts races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab
 	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-5000} $(BIN)/python -m tests.run --all --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
 check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
@@ -151,6 +151,12 @@ monitoring-tools: ## Prometheus and promtool of Debian for the tests, unpacked b
 	    timeout 90 apt-get download -qq prometheus >/dev/null 2>&1 && dpkg-deb -x prometheus_*.deb unpacked && \
 	    mkdir -p $(MONITORING_TOOLS) && cp -r unpacked/usr $(MONITORING_TOOLS)/; } || \
 	  echo "-- prometheus cannot be downloaded: the tests with a Prometheus are skipped"
+
+page-tools: ## Chromium for the tests of the page of `swarmctl ui`; else they are skipped
+	@command -v chromium >/dev/null || \
+	  { $(SUDO) apt-get update -qq && timeout 180 $(SUDO) env DEBIAN_FRONTEND=noninteractive \
+	    apt-get install -y -qq --no-install-recommends chromium; } >/dev/null 2>&1 || \
+	  echo "-- Chromium cannot be installed: the tests of the page are skipped"
 
 fetch = { echo "-- installing" $(1); $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(1) >/dev/null; }
 install = missing=; for pair in $(1); do PATH="$$PATH:/usr/sbin:/sbin" command -v "$${pair%%:*}" >/dev/null || missing="$$missing $${pair\#\#*:}"; done; \

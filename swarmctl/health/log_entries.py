@@ -14,6 +14,7 @@ WINDOW = 1.0  # s by which entries of one host may arrive after later ones of an
 MOST_PENDING = 20_000  # entries
 _OF_PRIORITY = ("fatal", "fatal", "fatal", "error", "warn", "info", "info", "debug")  # syslog(3)
 _OF_ROS = re.compile(r"\[ *(DEBUG|INFO|WARN|ERROR|FATAL)(?:ING)? *\]")
+_OF_DRIVER = re.compile(r"(OK|WARN|ERROR): ")  # as drivers and gates of swarmctl begin a line
 _ROS_WITHIN = 40  # characters in which rospy and rclpy print the level
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # as roscpp writes around a warning
 _TRACEBACK = "Traceback (most recent call last):"
@@ -50,8 +51,8 @@ class Choice:
 def entry_of(read: LogEntry, host: str, swarm: str, offset: float) -> Entry:
     """The entry that a host has sent; ``offset``: how far its clock is ahead of the operator's, in s."""
     message = _COLOUR.sub("", read["message"])
-    named = _OF_ROS.search(message[:_ROS_WITHIN])
-    level = named[1].lower() if named else _OF_PRIORITY[read["priority"] & 7]
+    named = _OF_ROS.search(message[:_ROS_WITHIN]) or _OF_DRIVER.match(message)
+    level = named[1].lower().replace("ok", "info") if named else _OF_PRIORITY[read["priority"] & 7]
     if message.startswith(_TRACEBACK):
         level = "error"
     source = read["unit"].removeprefix(f"swarm-{swarm}.").removesuffix(".service").replace(".", "/")

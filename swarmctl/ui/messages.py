@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
+from swarmctl.health.log_entries import Entry, Merge
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import Status
 from swarmctl.health.verdict import State
 from swarmctl.spec.model import Spec
+from swarmctl.views import logs as view
 
 
 def status(seen: Status, age: float) -> dict[str, Any]:
@@ -27,6 +30,15 @@ def status(seen: Status, age: float) -> dict[str, Any]:
 
 def _finding(one: Finding) -> dict[str, Any]:
     return asdict(one) | {"key": one.key}
+
+
+def log(node: str, entries: Iterable[Entry]) -> dict[str, Any]:
+    """The log of a node of the graph, in the order of time."""
+    merge = Merge()
+    for entry in entries:
+        merge.add(entry, 0.0)
+    lines = [{"level": one.level, "text": view.lines(one).plain} for one in merge.rest()]
+    return {"node": node, "lines": lines, "trouble": ""}
 
 
 def starts(spec: Spec) -> dict[str, tuple[float, float, float]]:

@@ -10,7 +10,7 @@ import json
 import secrets
 import socket
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from queue import SimpleQueue
 from typing import Any
@@ -31,13 +31,13 @@ _CLOSES = 2.0  # s until the server has ended
 class Pages:
     """The open pages, and the last status, which a new page gets at once.
 
-    ``actions``: what pages ask for, with names of robots; nothing is taken from them without ``control``.
+    ``requests``: what pages ask for, with names, as far as it is ``allowed``.
     """
 
-    def __init__(self, *, control: bool = False) -> None:
+    def __init__(self, allowed: Collection[str] = ()) -> None:
         self.opened = threading.Event()  # set while a page is open
-        self.actions: SimpleQueue[tuple[str, list[str]]] = SimpleQueue()
-        self._control = control
+        self.requests: SimpleQueue[tuple[str, list[str]]] = SimpleQueue()
+        self._allowed = allowed
         self._status: str | None = None
         self._queues: set[asyncio.Queue[str]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -80,10 +80,10 @@ class Pages:
 
     def _take(self, text: str) -> None:
         """Takes a request of a page; anything else is ignored."""
-        if self._control:
-            with suppress(ValueError, TypeError, KeyError):
-                asked = json.loads(text)
-                self.actions.put((str(asked["action"]), [str(robot) for robot in asked["robots"]]))
+        with suppress(ValueError, TypeError, KeyError):
+            request = json.loads(text)
+            if request["action"] in self._allowed:
+                self.requests.put((request["action"], [str(name) for name in request["names"]]))
 
 
 async def _send_all(page: WebSocket, queue: asyncio.Queue[str]) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -17,6 +17,8 @@ from swarm_onboard.agent.motion_messages import RobotTelemetry, Telemetry, Telem
 from swarm_onboard.agent.probe_messages import ProbeRequest
 
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
+from swarmctl.health.host_logs import VERBS, HostReader, Question
+from swarmctl.health.log_entries import Entry
 from swarmctl.health.observations import Answer
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import request
@@ -26,11 +28,12 @@ from swarmctl.remote.transport import HostError, Kind, Session, Target, Transpor
 
 WINDOW = 0.5  # s of listening to a topic, unless it is slow
 PERIOD = 0.2  # s between two messages on how robots move
-_PAUSE = 8.0  # s between two looks at a host, if nothing is new
+_PAUSE = 15.0  # s between two looks at a host, if nothing is new
 _AGAIN = 1.0  # s until a host that failed is connected to again
 _OVERDUE = 5.0  # s that a host takes for a look beside listening, at most, before it counts as silent
 _SILENT = 4.0  # s without a message on motion, of which five should have come a second
 _PATIENCE = 50.0  # s for one look at most
+_LINES = 200  # of a log
 _TURN = 30.0  # s of messages on motion for one request
 
 
@@ -52,7 +55,7 @@ class Watch:
         transport: Transport,
         on_telemetry: Callable[[Telemetry], None],
     ) -> None:
-        self._transport, self._on_telemetry = transport, on_telemetry
+        self._swarm, self._transport, self._on_telemetry = graph.swarm, transport, on_telemetry
         self._hosts = [_Watched(graph, host, targets[host.name]) for host in graph.hosts]
         self._lock = threading.Lock()
         self._last: dict[str, tuple[float, Answer | HostError]] = {}  # with the time of monotonic()
@@ -87,13 +90,25 @@ class Watch:
         outcomes: dict[str, Answer | HostError] = {}
         for host in self._hosts:
             at, outcome = last.get(host.name, (self._began, None))
-            heard = host.heard
+            reported = host.reported
             if outcome is None or now - at > host.longest:
                 outcome = _silent(now - at)
-            elif heard is not None and now - heard > _SILENT:
-                outcome = _silent(now - heard)
+            elif reported is not None and now - reported > _SILENT:
+                outcome = _silent(now - reported)
             outcomes[host.name] = outcome
         return Seen(outcomes, now - min((at for at, _ in last.values()), default=self._began))
+
+    def log(self, host: str, parts: Sequence[str]) -> list[Entry]:
+        """The last log entries of these robots and programs of a host, of all without any.
+
+        Raises ``HostError``.
+        """
+        session = next(one.session for one in self._hosts if one.name == host)
+        if session is None:
+            raise HostError(Kind.LOST, f"{host} is not connected")
+        question = Question(self._swarm, {host: parts}, _LINES, 0.0)
+        with agent_client.agent_session(session, verbs=VERBS) as agent:
+            return HostReader(question, host).last(agent).entries
 
     def _watch(self, host: _Watched, stop: Stop) -> None:
         while not stop.requested:
@@ -105,7 +120,7 @@ class Watch:
 
     def _connected(self, host: _Watched, stop: Stop) -> None:
         """Looks over one connection until it ends. Raises ``HostError``."""
-        host.heard = None
+        host.reported = None
         with (
             self._transport.connect(host.target) as session,
             stop.guarding(session),
@@ -113,16 +128,20 @@ class Watch:
         ):
             if host.robots:
                 threading.Thread(target=self._follow, args=(host, session, stop), daemon=True).start()
-            while not stop.requested:
-                host.news.clear()
-                data = agent.request(host.request, timeout=_PATIENCE)
-                self._take(host, answer_of(data, received=time.time()), stop)
-                host.news.wait(_PAUSE)
+            host.session = session
+            try:
+                while not stop.requested:
+                    host.news.clear()
+                    data = agent.request(host.request, timeout=_PATIENCE)
+                    self._take(host, answer_of(data, received=time.time()), stop)
+                    host.news.wait(_PAUSE)
+            finally:
+                host.session = None
 
     def _take(self, host: _Watched, outcome: Answer | HostError, stop: Stop) -> None:
         if not stop.requested:
             if isinstance(outcome, HostError):
-                host.heard = None
+                host.reported = None
             with self._lock:
                 self._last[host.name] = time.monotonic(), outcome
             self._changed.set()
@@ -132,10 +151,10 @@ class Watch:
         with suppress(HostError), agent_client.agent_session(session, verbs=("telemetry",)) as agent:
             while not stop.requested:
                 agent.request(host.telemetry, on_note=partial(self._note, host), timeout=_TURN + _OVERDUE)
-        host.heard = None
+        host.reported = None
 
     def _note(self, host: _Watched, text: str) -> None:
-        host.heard = time.monotonic()
+        host.reported = time.monotonic()
         note = json.loads(text)
         agent_client.check_type(note, Telemetry, "what a host reports of its robots")
         if host.is_news(note):
@@ -144,7 +163,7 @@ class Watch:
 
 
 class _Watched:
-    """A host, what it is asked, and whether something is new there since the last look at it began."""
+    """A host, the requests to it, and whether something is new there since the last look at it began."""
 
     def __init__(self, graph: ExpectedGraph, host: ExpectedHost, target: Target) -> None:
         self.name, self.target, self.robots, self.probe = host.name, target, host.robots, graph.probe
@@ -158,7 +177,8 @@ class _Watched:
             "seconds": _TURN,
         }
         self.news = threading.Event()
-        self.heard: float | None = None  # when the connection last brought a message on motion
+        self.session: Session | None = None  # while it is connected
+        self.reported: float | None = None  # when the connection last brought a message on motion
         self._state: object = None
 
     def is_news(self, note: Telemetry) -> bool:

@@ -66,7 +66,7 @@ function paint() {
   }
 }
 
-/** Lines of whole metres, or of as many as leave room between them, and their numbers. */
+/** Lines of round numbers of metres, at least 60 px apart, with these numbers. */
 function grid(brush, scale, x0, y0, colour) {
   let step = 0.1;
   for (const factor of [2, 2.5, 2, 2, 2.5, 2, 2, 2.5, 2]) if (scale * step < 60) step *= factor;

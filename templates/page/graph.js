@@ -37,7 +37,7 @@ function select(id) {
   }
   picture.classList.toggle("chosen", id !== null);
   showDetails();
-  for (const tell of ON_SELECT) tell(id);
+  for (const follow of ON_SELECT) follow(id);
 }
 
 /** What `edge` is to the node `id`, in words. */

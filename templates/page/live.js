@@ -10,7 +10,7 @@ const MARKS = { // a shape for each state, for those who do not see its colour
   skipped: "M1 6h12v2H1z",
 };
 const RANK = ["ok", "skipped", "warning", "unknown", "bad"];
-const LATE = 25; // s after which a look at the hosts is old
+const LATE = 40; // s after which a look at the hosts is old
 let look = null; // the last one: {status, causes, age}, and `came`, ms
 
 /** The mark of a state, with its name for screen readers. */
@@ -134,8 +134,10 @@ ADD_DETAILS.push((node) => {
   if (row.address) facts.push(["address", row.address], ["release", row.release ?? "none"]);
   if (row.driver ?? row.unit) facts.push(["unit", `${(row.driver ?? row.unit).active} (${(row.driver ?? row.unit).sub})`]);
   if (row.device) facts.push(["device", `${row.device}${row.device_exists === false ? ", missing" : ""}`]);
-  if (row.report) facts.push(["driver", row.report]);
-  if (row.commanders !== undefined) facts.push(["obeys", row.commander || "nobody now"]);
+  const now = node.kind === "robot" ? reportOf(node.name) : null; // newer than the look
+  if (now?.driven && !now.trouble) facts.push(["drives", `${number(now.driven[0], 2)} m/s, ${number(now.driven[1], 2)} rad/s`]);
+  else if (row.report) facts.push(["driver", row.report]);
+  if (row.commanders !== undefined) facts.push(["obeys", (now ?? row).commander || "nobody"]);
   shown.push(
     element("table", { class: "facts" }, ...facts.map(([name, text]) => element("tr", {}, element("th", {}, name), element("td", {}, text)))),
   );

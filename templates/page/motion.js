@@ -24,11 +24,16 @@ function takeTelemetry(message) {
   showState();
 }
 
-/** What a robot has reported since the last look, as text; empty if it is fine, or has not reported lately. */
+/** The last report of a robot; null if it is old. */
+function reportOf(name) {
+  const robot = robots.get(name);
+  return robot && performance.now() - robot.at <= FRESH ? robot : null;
+}
+
+/** What a robot reports now that is wrong, as text; empty if it is fine, or has not reported lately. */
 function troubleOf(id) {
-  const robot = robots.get(id.replace("robot:", ""));
-  if (!id.startsWith("robot:") || !robot || performance.now() - robot.at > FRESH) return "";
-  return robot.trouble || (robot.missing ? "its device is missing" : "");
+  const robot = id.startsWith("robot:") ? reportOf(id.replace("robot:", "")) : null;
+  return robot?.trouble || (robot?.missing ? "its device is missing" : "");
 }
 
 /** The troubles that no look has shown yet. */
@@ -40,11 +45,12 @@ function troubles() {
 }
 
 ADD_DETAILS.push((node) => {
-  const robot = node.kind === "robot" ? robots.get(node.name) : undefined;
-  if (!robot || performance.now() - robot.at > FRESH) return [];
+  const robot = node.kind === "robot" ? reportOf(node.name) : null;
+  if (!robot) return [];
   const trouble = troubleOf(node.id);
+  const isNew = trouble && look && rowsOf(look.status).get(node.id)?.state === "ok";
   return [
-    ...(trouble ? [element("p", {}, mark("bad"), ` ${trouble}`)] : []),
+    ...(isNew ? [element("p", {}, mark("bad"), ` ${trouble}`)] : []),
     ...(robot.held ? [element("p", {}, "stopped by swarmctl stop")] : []),
     ...(robot.battery === null ? [] : [element("p", {}, `battery ${Math.round(100 * robot.battery)} %`)]),
   ];
@@ -99,4 +105,7 @@ function showPlot(id) {
 }
 
 ON_SELECT.push(showPlot);
-setInterval(() => showPlot(selected), 200);
+setInterval(() => {
+  showPlot(selected);
+  if (look) showDetails();
+}, 200);

@@ -110,7 +110,9 @@ def test_no_text_breaks_out_of_the_mermaid() -> None:
 
 def test_no_text_breaks_out_of_the_svg_or_the_page() -> None:
     read = ElementTree.fromstring(svg.graph(nasty()))
-    assert f"data {NASTY}".replace("\n", "\\x0a") in [one.text for one in read.iter("{http://www.w3.org/2000/svg}title")]
+    assert f"data {NASTY}".replace("\n", "\\x0a") in [
+        one.text for one in read.iter("{http://www.w3.org/2000/svg}title")
+    ]
     shown = lxml.html.fromstring(page.graph(nasty()))
     assert not shown.xpath("//b")
     [data] = shown.xpath("//script[@id='diagram']/text()")

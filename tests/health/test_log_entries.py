@@ -40,6 +40,8 @@ def logged(host: str, at: float, message: str, level: str = "info") -> Entry:
         ("[WARN] [1700000000.1]: low", 6, "warn"),
         ("[ERROR] [1700000000.1] [k3.driver]: lost", 6, "error"),
         ("[WARNING] low", 6, "warn"),
+        ("ERROR: /dev/swarm/k3 is gone", 6, "error"),
+        ("OK: connected", 6, "info"),
         ("\x1b[33m[ WARN] [1700000000.1]: low\x1b[0m", 6, "warn"),
         ("Traceback (most recent call last):", 6, "error"),
     ],

@@ -28,7 +28,7 @@ def chromium() -> Iterator[Browser]:
 
 @contextmanager
 def opened(browser: Browser, url: str, size: tuple[int, int] = WIDE) -> Iterator[Page]:
-    """The page at ``url``. Fails at the end if it has complained, or asked another server than that one."""
+    """The page at ``url``. Fails at the end if it has complained, or has sent a request to another server."""
     complaints: list[str] = []
     page = browser.new_page(viewport={"width": size[0], "height": size[1]})
     page.on("console", lambda one: complaints.append(one.text) if one.type in ("error", "warning") else None)

@@ -16,6 +16,7 @@ from playwright.sync_api import Browser, Page, expect
 from swarmctl.analysis.diagram import Diagram, Edge, Node, diagram
 from swarmctl.health import swarm_health
 from swarmctl.health.diagnosis import diagnose
+from swarmctl.health.log_entries import Entry
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.ui import messages
@@ -39,7 +40,7 @@ def browser() -> Iterator[Browser]:
 
 @contextmanager
 def served(shown: Diagram | None = None, *, control: bool = False) -> Iterator[tuple[str, Pages]]:
-    pages = Pages(control=control)
+    pages = Pages(("log", "stop", "start") if control else ("log",))
     live = pages_view.Live({"koala": (1.0, 0.5, math.pi / 2)}, control)
     with serving(pages_view.graph(shown or example(), live), pages, 0) as url:
         yield url, pages
@@ -170,7 +171,9 @@ def test_what_a_robot_reports_shows_before_the_next_look(shown: tuple[Page, Page
 
 
 def test_a_page_without_its_server_says_so(browser: Browser) -> None:
-    with served() as (url, pages), opened(browser, url) as page:
+    page = browser.new_page()  # which complains of connections that fail
+    with served() as (url, pages):
+        page.goto(url)
         wait_for(pages.opened.is_set)
         pages.send("status", well())
         expect(page.locator("#age")).to_contain_text("seen")
@@ -179,6 +182,7 @@ def test_a_page_without_its_server_says_so(browser: Browser) -> None:
         expect(page.locator("#age")).to_contain_text("OUT OF DATE")
         page.context.set_offline(False)
         expect(page.locator("#age")).not_to_contain_text("OUT OF DATE")
+        page.close()
 
 
 def test_the_arena_shows_poses_in_the_map_and_a_click_selects(shown: tuple[Page, Pages]) -> None:
@@ -235,16 +239,32 @@ def test_buttons_are_there_with_control_alone(browser: Browser) -> None:
         page.evaluate("ask('stop', [])")
         pages.send("status", well())
         expect(page.locator("#state")).to_have_text("healthy")
-        assert pages.actions.empty()
+        assert pages.requests.empty()
     with served(control=True) as (url, pages), opened(browser, url) as page:
         wait_for(pages.opened.is_set)
         page.get_by_role("button", name="Stop all robots").click()
-        assert pages.actions.get() == ("stop", [])
+        assert pages.requests.get() == ("stop", [])
         node(page, "robot:k3").click()
         page.get_by_role("button", name="Release it").click()
-        assert pages.actions.get() == ("start", ["k3"])
+        assert pages.requests.get() == ("log", ["robot:k3"])
+        assert pages.requests.get() == ("start", ["k3"])
         pages.send("result", {"text": "k3  stands: by its wheels, 0.12 s after the command"})
         expect(page.locator("#results")).to_have_text("k3  stands: by its wheels, 0.12 s after the command")
+
+
+def test_a_robot_shows_its_log(shown: tuple[Page, Pages]) -> None:
+    page, pages = shown
+    pages.send("status", well())
+    node(page, "robot:k3").click()
+    assert pages.requests.get() == ("log", ["robot:k3"])
+    pages.send(
+        "log", messages.log("robot:koala", [Entry(0.0, "koala-laptop", "koala", "info", "of another")])
+    )
+    pages.send("log", messages.log("robot:k3", [Entry(0.0, "k3-pi", "k3", "error", "no answer")]))
+    expect(page.locator("#log .level-error")).to_contain_text("k3  error  no answer")
+    expect(page.locator("#log > *")).to_have_count(1)
+    page.get_by_role("button", name="Reload").click()
+    assert pages.requests.get() == ("log", ["robot:k3"])
 
 
 def test_no_name_or_message_is_html(browser: Browser) -> None:

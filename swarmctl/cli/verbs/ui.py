@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
+from functools import partial
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from swarmctl.cli import console, exit_codes, options, swarm_look
 
 if TYPE_CHECKING:
-    from swarmctl.ui.control import Control
+    from swarmctl.health.expected_graph import ExpectedGraph
     from swarmctl.ui.server import Pages
+    from swarmctl.ui.watch import Watch
 
 _OFTEN, _SELDOM = 0.2, 1.0  # s between two messages to the pages, at least and at most
 
@@ -48,7 +51,7 @@ def ui(
     from swarmctl.views.graph import page
 
     looked = swarm_look.expected(spec, None, lab=lab, lab_name=lab_name)
-    pages = Pages(control=control)
+    pages = Pages(("log", "stop", "start") if control else ("log",))
     live = page.Live(messages.starts(looked.document.spec), control)
     with ExitStack() as stack:
         # The server comes first: --lab moves this thread, not its socket, into the network of the lab.
@@ -59,9 +62,9 @@ def ui(
         targets = options.targets(spec, looked.swarm, lab=lab, lab_name=lab_name)
         connections = transport()
         watch = Watch(looked.graph, targets, connections, lambda note: pages.send("telemetry", note))
-        if control:
-            hosts = {robot.name: host.name for host in looked.graph.hosts for robot in host.robots}
-            _do_actions(pages, Control(looked.swarm.name, hosts, targets, connections))
+        homes = {robot.name: host.name for host in looked.graph.hosts for robot in host.robots}
+        robots = Control(looked.swarm.name, homes, targets, connections)
+        _answer(pages, partial(_log, looked.graph, watch), robots.do)
         print(url, flush=True)
         console.err().print("the page shows the swarm while it is open; Ctrl-C ends this")
         while True:
@@ -77,15 +80,40 @@ def ui(
                 watch.stop()
 
 
-def _do_actions(pages: Pages, control: Control) -> None:
+def _answer(
+    pages: Pages,
+    log: Callable[[list[str]], dict[str, Any]],
+    do: Callable[[str, list[str]], Iterable[str]],
+) -> None:
     """Does what pages ask for, each in a thread of its own: a stop waits for nothing."""
 
-    def do(action: str, robots: list[str]) -> None:
-        for line in control.do(action, robots):
+    def answer(action: str, names: list[str]) -> None:
+        if action == "log":
+            pages.send("log", log(names))
+            return
+        for line in do(action, names):
             pages.send("result", {"text": line})
 
     def take() -> None:
         while True:
-            threading.Thread(target=do, args=pages.actions.get(), daemon=True).start()
+            threading.Thread(target=answer, args=pages.requests.get(), daemon=True).start()
 
     threading.Thread(target=take, daemon=True).start()
+
+
+def _log(graph: ExpectedGraph, watch: Watch, names: list[str]) -> dict[str, Any]:
+    """The last entries of a robot, a program or a host, ``robot:k3``, as the page gets them."""
+    from swarmctl.remote.transport import HostError
+    from swarmctl.ui import messages
+
+    node = names[0]
+    for host in graph.hosts:
+        parts = {f"robot:{one.name}": [one.name] for one in host.robots}
+        parts |= {f"program:{one.name}": [one.name] for one in host.programs}
+        parts[f"host:{host.name}"] = []
+        if node in parts:
+            try:
+                return messages.log(node, watch.log(host.name, parts[node]))
+            except HostError as error:
+                return {"node": node, "lines": [], "trouble": str(error)}
+    return {"node": node, "lines": [], "trouble": "no host has its log"}

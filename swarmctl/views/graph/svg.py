@@ -83,7 +83,7 @@ def _island(image: Element, name: str, box: Box) -> None:
 
 
 def _node(image: Element, node: Node, box: Box) -> Element:
-    """A node with its name and detail; its shape tells its kind."""
+    """A node with its name and detail; each kind has a shape."""
     group = SubElement(image, "g", {"class": f"node {node.kind}", "data-id": node.id})
     SubElement(group, "title").text = printable(f"{node.kind} {node.name}: {node.detail}")
     radius = {"robot": PART / 2, "network": BAR / 2, "program": 0.0}.get(node.kind, 8.0)
@@ -93,9 +93,9 @@ def _node(image: Element, node: Node, box: Box) -> Element:
     if node.kind == "network":
         _text(group, "name", (box.x + 16, box.y + 20), f"{node.name} · {node.detail}", box.width)
         return group
-    left, room = box.x + (18 if node.kind != "host" else 12), box.width - 50
-    _text(group, "name", (left, box.y + 17), node.name, room)
-    _text(group, "detail", (left, box.y + 32), node.detail, room)
+    left, width = box.x + (18 if node.kind != "host" else 12), box.width - 50
+    _text(group, "name", (left, box.y + 17), node.name, width)
+    _text(group, "detail", (left, box.y + 32), node.detail, width)
     return group
 
 
@@ -182,10 +182,10 @@ def _path(group: Element, look: str, path: str, edge: Edge | None = None) -> Ele
     return SubElement(group, "path", {"class": look, "d": path, **ends})
 
 
-def _text(group: Element, look: str, place: tuple[float, float], text: str, room: float) -> None:
-    """A line of text, cut where its ``room`` in px ends; the title of its group has all of it."""
+def _text(group: Element, look: str, place: tuple[float, float], text: str, width: float) -> None:
+    """A line of text, cut at a ``width`` in px; the title of its group has all of it."""
     x, y = place
-    most = max(1, int(room / _PER_CHARACTER[look]))
+    most = max(1, int(width / _PER_CHARACTER[look]))
     shown = printable(text)
     shown = shown if len(shown) <= most else shown[: most - 1] + "…"
     SubElement(group, "text", {"class": look, "x": f"{x:g}", "y": f"{y:g}"}).text = shown
