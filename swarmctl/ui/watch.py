@@ -155,7 +155,10 @@ class Watch:
 
     def _note(self, host: _Watched, text: str) -> None:
         host.reported = time.monotonic()
-        note = json.loads(text)
+        try:
+            note = json.loads(text)
+        except (ValueError, RecursionError):
+            raise HostError(Kind.PROTOCOL, "what a host reports of its robots cannot be read") from None
         agent_client.check_type(note, Telemetry, "what a host reports of its robots")
         if host.is_news(note):
             host.news.set()

@@ -173,6 +173,27 @@ def test_a_driver_says_since_when_its_robot_is_idle() -> None:
     assert pushed <= bench.driver.motion()["idle_since"] <= pushed + 0.2
 
 
+def test_a_driver_says_how_its_robot_moves() -> None:
+    bench = Bench()
+    bench.run(1.0)
+    assert bench.driver.motion()["pose"] == [0.0, 0.0, 0.0]
+    for turned in range(1, 11):
+        bench.command(0.2)
+        bench.robot.counters = (turned * 200, turned * 200)
+        bench.run(0.1)
+    motion = bench.driver.motion()
+    assert motion["commanded"] == [0.2, 0.0]
+    assert motion["pose"] == [bench.sink.poses[-1].x, 0.0, 0.0]
+    assert motion["driven"] == [bench.sink.poses[-1].linear, 0.0]
+    assert motion["driven"][0] > 0
+    bench.run(1.0)
+    assert bench.driver.motion()["commanded"] == [0.0, 0.0]
+    bench.robot.plugged = False
+    bench.run(1.0)
+    motion = bench.driver.motion()
+    assert (motion["pose"], motion["driven"]) == (None, None)
+
+
 def test_a_driver_says_how_full_the_battery_is_as_long_as_it_is_read() -> None:
     bench = Bench()
     assert bench.driver.motion()["battery"] is None

@@ -279,7 +279,10 @@ def test_odometry_proves_a_standstill_only_since_the_latest_zero() -> None:
 
     bench.gate.motion()
     assert [stands(0.1) for _ in range(6)][-1]
+    assert bench.gate.motion()["pose"] == [0.0, 0.0, 0.0]
+    assert bench.gate.motion()["driven"] == [0.0, 0.0]
     bench.command(0.2)
+    assert bench.gate.motion()["commanded"] == [0.2, 0.0]
     assert not stands(0.05)  # the robot has not begun to move
     assert not stands(0.5)  # the dead-man has just sent a zero
     assert stands(0.35)
