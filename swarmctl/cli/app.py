@@ -152,6 +152,13 @@ _LOOK = (
         example="logs swarm.yaml k3 --since 10m --level warn",
     ),
     Verb(
+        "top",
+        "Show what each robot's driver and each program costs its host: CPU and memory.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="top swarm.yaml",
+    ),
+    Verb(
         "exec",
         "Run a command on hosts, at once.",
         HOSTS_FAILED,

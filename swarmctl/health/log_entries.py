@@ -55,8 +55,12 @@ def entry_of(read: LogEntry, host: str, swarm: str, offset: float) -> Entry:
     level = named[1].lower().replace("ok", "info") if named else _OF_PRIORITY[read["priority"] & 7]
     if message.startswith(_TRACEBACK):
         level = "error"
-    source = read["unit"].removeprefix(f"swarm-{swarm}.").removesuffix(".service").replace(".", "/")
-    return Entry(read["time"] - offset, host, source, level, message)
+    return Entry(read["time"] - offset, host, source_of(read["unit"], swarm), level, message)
+
+
+def source_of(unit: str, swarm: str) -> str:
+    """What people call a unit of the swarm: ``k3``, ``k3/gate``, ``master``."""
+    return unit.removeprefix(f"swarm-{swarm}.").removesuffix(".service").replace(".", "/")
 
 
 @dataclass

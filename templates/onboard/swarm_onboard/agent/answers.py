@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Mapping
 
+from .cost_messages import CostsAnswer
 from .history_messages import HistoryAnswer
 from .host_list_messages import HostListAnswer
 from .log_messages import LogsAnswer
@@ -44,4 +45,5 @@ ANSWERS: Mapping[str, type] = {
     "restart": RestartAnswer,
     "motion": MotionAnswer,
     "telemetry": TelemetryAnswer,
+    "costs": CostsAnswer,
 }

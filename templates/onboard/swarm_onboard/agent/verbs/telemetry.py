@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import os
 import time
-from contextlib import suppress
 from functools import partial
 
-from swarm_onboard.agent import json_text, robot_motion
+from swarm_onboard.agent import control_groups, json_text, robot_motion
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 _FASTEST, _LONGEST = 0.05, 60.0  # s
 _ANSWERS_WITHIN = 0.05  # s
 _DIGITS = 4
-_SLICES = ("/sys/fs/cgroup/system.slice", "/sys/fs/cgroup/systemd/system.slice")  # control groups 2, and 1
 
 
 def handle(request: TelemetryRequest, payload: bytes, report: Report) -> TelemetryAnswer:
@@ -40,22 +38,13 @@ def handle(request: TelemetryRequest, payload: bytes, report: Report) -> Telemet
         note = {
             "robots": {robot: _of(answer) for robot, answer in answers.items()},
             "missing": [robot for robot, path in request["devices"].items() if not os.path.exists(path)],
-            "units": _running(home.swarm),
+            "units": list(control_groups.of_swarm(home.swarm)),
         }
         report.note(json_text.dumps(note))
         sent += 1
         due = max(due + period, time.monotonic())
         time.sleep(max(0.0, due - time.monotonic()))
     return {"sent": sent}
-
-
-def _running(swarm: str) -> list[str]:
-    """The units of the swarm that have a control group, which systemd removes when a unit has ended."""
-    found: list[str] = []
-    for slices in _SLICES:
-        with suppress(OSError):
-            found += [unit for unit in os.listdir(slices) if unit.startswith(f"swarm-{swarm}.")]
-    return sorted(found)
 
 
 def _all_of(count: int, answers: Mapping[str, Any]) -> bool:

@@ -1,0 +1,62 @@
+"""``swarmctl top``: what each robot's driver and each program costs its host."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from typing import Annotated
+
+import typer
+
+from swarmctl.cli import complete, console, exit_codes, options, selected
+
+
+def top(
+    spec: options.Spec,
+    selection: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="SELECTION",
+            help="Only these robots, programs, hosts: k3, program:map, pi-*, @group, !k3.",
+            autocompletion=complete.selections,
+        ),
+    ] = None,
+    overlays: options.Overlays = None,
+    every: Annotated[float, typer.Option(min=0.5, metavar="SECONDS", help="What is averaged over.")] = 2.0,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+    json: options.Json = False,
+) -> None:
+    """Show what each robot's driver and each program costs its host: CPU and memory.
+
+    On a terminal live, until Ctrl-C; elsewhere once.
+    """
+    from swarmctl.cli.ssh_targets import transport
+    from swarmctl.health.host_costs import HostCosts
+    from swarmctl.health.unit_costs import chosen
+    from swarmctl.views import unit_costs as view
+
+    swarm = console.read_spec(spec)
+    parts = selected.parts(swarm.candidates, selection, "SELECTION")
+    reach = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    costs = HostCosts(swarm.name, [reach[name] for name in parts], transport(), every)
+    if console.out().is_terminal and not json:
+        from rich.live import Live
+
+        with Live(console=console.out(), auto_refresh=False) as live:
+            while True:
+                live.update(view.table(*chosen(costs.latest(), parts)), refresh=True)
+                time.sleep(every)
+    costs.wait_for_all()
+    units, errors = chosen(costs.latest(), parts)
+    if json:
+        failed = [
+            {"host": host, "kind": one.kind.value, "message": one.message, "hint": one.hint}
+            for host, one in errors.items()
+        ]
+        console.print_json({"v": 1, "units": [dataclasses.asdict(one) for one in units], "errors": failed})
+    else:
+        console.out().print(view.table(units, errors))
+    unreached = exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK
+    reached = any(one.reached for one in errors.values())
+    raise typer.Exit(exit_codes.HOSTS_FAILED if reached else unreached)

@@ -1,0 +1,62 @@
+"""Reads again and again what units cost, from each host at its own pace: a silent host delays no other."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping, Sequence
+
+from swarm_onboard.agent.cost_messages import CostsAnswer
+
+from swarmctl.health.unit_costs import UnitCost, between
+from swarmctl.remote import agent_client
+from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
+
+_AGAIN = 1.0  # s until a host that failed is connected to again
+_PATIENCE = 10.0  # s for an answer
+
+
+class HostCosts:
+    """What the units of each host took over the last ``every`` s; read until the process ends."""
+
+    def __init__(self, swarm: str, targets: Sequence[Target], transport: Transport, every: float) -> None:
+        self._swarm, self._transport, self._every = swarm, transport, every
+        self._hosts = [target.host for target in targets]
+        self._latest: dict[str, list[UnitCost] | HostError] = {}
+        self._all = threading.Event()
+        for target in targets:
+            threading.Thread(target=self._read, args=(target,), daemon=True).start()
+
+    def wait_for_all(self) -> None:
+        """Returns once every host has answered, or has an error."""
+        self._all.wait()
+
+    def latest(self) -> Mapping[str, list[UnitCost] | HostError]:
+        """The last answer or error of each host that has one, in the order of the targets."""
+        return {host: self._latest[host] for host in self._hosts if host in self._latest}
+
+    def _read(self, target: Target) -> None:
+        while True:
+            try:
+                with (
+                    self._transport.connect(target) as session,
+                    agent_client.agent_session(session, verbs=("costs",)) as agent,
+                ):
+                    before = self._answer(agent)
+                    while True:
+                        time.sleep(self._every)
+                        after = self._answer(agent)
+                        self._take(target.host, between(target.host, self._swarm, before, after))
+                        before = after
+            except HostError as error:
+                self._take(target.host, error)
+            time.sleep(_AGAIN)
+
+    def _answer(self, agent: AgentSession) -> CostsAnswer:
+        answer: CostsAnswer = agent.request({"verb": "costs", "swarm": self._swarm}, timeout=_PATIENCE)
+        return answer
+
+    def _take(self, host: str, found: list[UnitCost] | HostError) -> None:
+        self._latest[host] = found
+        if len(self._latest) == len(self._hosts):
+            self._all.set()
