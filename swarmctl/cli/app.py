@@ -152,6 +152,12 @@ _LOOK = (
         example="logs swarm.yaml k3 --since 10m --level warn",
     ),
     Verb(
+        "report",
+        "Write one archive for those who help: spec, plan, status, logs and graph, without secrets.",
+        HOSTS_UNREACHABLE,
+        example="report swarm.yaml",
+    ),
+    Verb(
         "exporter",
         "Serve the health of the swarm to Prometheus, until Ctrl-C.",
         example="exporter swarm.yaml",
