@@ -171,6 +171,12 @@ _LOOK = (
         example="ssh swarm.yaml k3",
     ),
     Verb(
+        "report",
+        "Write one archive for those who help: spec, plan, status, logs and graph, without secrets.",
+        HOSTS_UNREACHABLE,
+        example="report swarm.yaml",
+    ),
+    Verb(
         "exporter",
         "Serve the health of the swarm to Prometheus, until Ctrl-C.",
         example="exporter swarm.yaml",

@@ -27,6 +27,10 @@ _SPEC: Any = {
     "show_default": False,
 }
 Spec = Annotated[SpecFiles, typer.Argument(help="The swarm's YAML file.", callback=spec_args.needed, **_SPEC)]
+SpecOrReport = Annotated[
+    SpecFiles,
+    typer.Argument(help="The swarm's YAML file.", callback=spec_args.needed_without_report, **_SPEC),
+]
 Specs = Annotated[
     list[SpecFiles], typer.Argument(help="YAML files, one swarm each.", callback=spec_args.each, **_SPEC)
 ]

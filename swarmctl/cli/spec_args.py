@@ -64,6 +64,15 @@ def needed(context: typer.Context, spec: SpecFiles | None) -> SpecFiles | None:
     return found
 
 
+def needed_without_report(context: typer.Context, spec: SpecFiles | None) -> SpecFiles | None:
+    """The same, but none with ``--from ARCHIVE``; raises ``typer.BadParameter`` for both."""
+    if context.params.get("archive") is None:
+        return needed(context, spec)
+    if given(context, spec):
+        raise typer.BadParameter("SPEC and --from exclude each other")
+    return None
+
+
 def usual() -> SpecFiles | None:
     """Returns the spec of the current folder, if it has one."""
     return file(USUAL) if Path(USUAL).is_file() else None

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from swarmctl.health.name_conflicts import Launched
     from swarmctl.health.observations import Answer
     from swarmctl.health.swarm_health import Look, Status
-    from swarmctl.remote.transport import HostError, Transport
+    from swarmctl.remote.transport import HostError, Target, Transport
     from swarmctl.spec.load import Document
     from swarmctl.swarm.index import SwarmIndex
     from swarmctl.swarm.resolved import Swarm
@@ -81,11 +81,17 @@ def looking(
     parallel: int,
 ) -> Looking:
     """A function that observes all hosts and diagnoses the swarm."""
-    from swarmctl.health.collect import probe_hosts
-    from swarmctl.health.swarm_health import Look
-
     wanted = expected(spec, limit, lab=lab, lab_name=lab_name)
     targets = options.targets(spec, wanted.swarm, lab=lab, lab_name=lab_name)
+    return looking_at(wanted, targets, transport, window=window, parallel=parallel)
+
+
+def looking_at(
+    wanted: Expected, targets: Mapping[str, Target], transport: Transport, *, window: float, parallel: int
+) -> Looking:
+    """The same, for hosts that are known already."""
+    from swarmctl.health.collect import probe_hosts
+    from swarmctl.health.swarm_health import Look
 
     def look() -> Look:
         began, clock = time.time(), time.monotonic()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
 
 from swarmctl.health import launched_nodes
 from swarmctl.health.checks import authority, topic
@@ -149,6 +152,19 @@ class Status:
             "hosts": [asdict(host) for host in self.hosts],
             "findings": [asdict(finding) | {"key": finding.key} for finding in self.diagnosis.findings],
         }
+
+    @classmethod
+    def from_json(cls, document: Any) -> Status:
+        """The status that ``to_json`` has written as ``document``; ``ValueError`` for any other document."""
+        try:
+            diagnosis = {"findings": document["findings"]}
+            value = {"swarm": document["swarm"], "hosts": document["hosts"], "diagnosis": diagnosis}
+            read = TypeAdapter(cls).validate_python(value)
+        except (TypeError, KeyError, ValidationError):
+            read = None
+        if read is None or json.loads(json.dumps(read.to_json())) != document:
+            raise ValueError("this is not what status --json prints")
+        return read
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def logs(
     from swarmctl.health.host_logs import Question
     from swarmctl.health.log_entries import Choice
 
-    start, pattern = _start(since), _pattern(grep)
+    start, pattern = start_of(since), _pattern(grep)
     swarm = console.read_spec(spec)
     parts = selected.parts(swarm.candidates, selection, "SELECTION")
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
@@ -80,7 +80,8 @@ def logs(
     raise typer.Exit(output.exit_code())
 
 
-def _start(since: str) -> float:
+def start_of(since: str) -> float:
+    """The time that ``--since`` means, in s since 1970, 0 without one; exits if it is none."""
     from swarmctl.health import log_entries
 
     try:

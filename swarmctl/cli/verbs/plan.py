@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +18,7 @@ from swarmctl.cli import (
     rollout_output,
     saved_plan,
     selected,
+    weakest,
 )
 
 if TYPE_CHECKING:
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.plan.plan import Plan
     from swarmctl.render.bundle import Bundle
-
-WEAKEST = 3  # single points of failure that a plan names
 
 
 def plan(
@@ -55,9 +53,7 @@ def plan(
     json: options.Json = False,
 ) -> None:
     """Show the steps of a deploy on each host, with their causes. Changes nothing."""
-    from swarmctl.analysis.impact import impacts, single_points
     from swarmctl.render.build_bundle import bundles
-    from swarmctl.swarm.index import SwarmIndex
     from swarmctl.views.equal_hosts import names_of
     from swarmctl.views.plan import PlanView
 
@@ -83,7 +79,7 @@ def plan(
                 wanted, targets, transport, diff=diff, parallel=parallel, secrets=secrets,
                 host_lists=lists,
             )  # fmt: skip
-    made = replace(made, single_points=single_points(impacts(SwarmIndex(document)))[:WEAKEST])
+    made = weakest.named(made, document)
     if saved:
         found = saved_plan.hosts_of(made)
         saved_plan.SavedPlan(spec, lab, lab_name, limit, found).write(saved)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_format
 import time
 from collections.abc import Callable
+from datetime import datetime
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -37,8 +38,17 @@ class Goal(str, Enum):
 
 
 def status(
-    spec: options.Spec,
+    spec: options.SpecOrReport,
     overlays: options.Overlays = None,
+    archive: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            metavar="ARCHIVE",
+            is_eager=True,
+            help="Show the status in an archive of `swarmctl report`; connect to no host.",
+        ),
+    ] = None,
     watch: Annotated[bool, typer.Option("--watch", help="Repeat until Ctrl-C.")] = False,
     every: Annotated[float, typer.Option(min=1.0, metavar="SECONDS", help="Interval of --watch.")] = 5.0,
     wait: Annotated[
@@ -73,6 +83,15 @@ def status(
         console.fail(usage, "--watch repeats until Ctrl-C", code=exit_codes.USAGE)
     if metrics is not None:
         swarm_look.need_prometheus_client("--metrics")
+    if archive is not None:
+        if watch or wait or limit or executor or options.in_lab(lab, lab_name):
+            usage = (
+                "--from shows what is in the archive; it goes with --details, --json, --junit and --metrics"
+            )
+            console.fail(usage, code=exit_codes.USAGE)
+        look = _archived(archive, json=json, details=details)
+        _write(look, junit, metrics)
+        raise typer.Exit(_exit(look.status))
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
     complete = next_command.completing(spec, where)
     with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
@@ -83,23 +102,38 @@ def status(
             _watch(looking, every, json=json, details=details, complete=complete, metrics=metrics)
         look = _awaited(looking, goal, timeout) if wait else _observed(looking)
     seen = look.status
+    _show(seen, complete, json=json, details=details)
+    if not json:
+        if not options.in_lab(lab, lab_name):
+            kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
+            forgotten_lab.guess("status", spec, seen.swarm, kinds, limit)
+        _advise(seen, spec, where, in_lab=options.in_lab(lab, lab_name))
+    _write(look, junit, metrics)
+    raise typer.Exit(exit_codes.OK if wait and goal.reached(seen) else _exit(seen))
+
+
+def _show(seen: Status, complete: Callable[[str], str], *, json: bool, details: bool) -> None:
     if json:
         console.print_json(seen.to_json())
     else:
         from swarmctl.views import status as view
 
         console.out().print(view.status(seen, details=details, width=console.columns(), complete=complete))
-        if not options.in_lab(lab, lab_name):
-            kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
-            forgotten_lab.guess("status", spec, seen.swarm, kinds, limit)
-        _advise(seen, spec, where, in_lab=options.in_lab(lab, lab_name))
-    if junit is not None:
-        from swarmctl.cli import file_writes
-        from swarmctl.views import status_junit
 
-        file_writes.replace(junit, status_junit.render(seen).encode())
-    _write_metrics(look, metrics)
-    raise typer.Exit(exit_codes.OK if wait and goal.reached(seen) else _exit(seen))
+
+def _archived(archive: Path, *, json: bool, details: bool) -> Look:
+    """Shows the status in an archive, and on stderr when it was taken."""
+    from swarmctl.health import report_archive
+
+    try:
+        report = report_archive.read(archive)
+    except report_archive.ReportError as error:
+        console.fail(str(error), "`swarmctl report` writes one")
+    taken = datetime.fromtimestamp(report.look.began).astimezone()
+    console.show(f"taken {taken:%Y-%m-%d %H:%M:%S %z}, within {report.look.took:.1f} s", error=True)
+    complete = next_command.completing(SpecFiles(report.spec), report.where)
+    _show(report.look.status, complete, json=json, details=details)
+    return report.look
 
 
 def _advise(seen: Status, spec: SpecFiles, where: list[str], *, in_lab: bool) -> None:
@@ -173,6 +207,15 @@ def _watch(
 
     with Live(console=console.out(), auto_refresh=False) as live:
         rounds(lambda seen: live.update(text(seen), refresh=True))
+
+
+def _write(look: Look, junit: Path | None, metrics: Path | None) -> None:
+    if junit is not None:
+        from swarmctl.cli import file_writes
+        from swarmctl.views import status_junit
+
+        file_writes.replace(junit, status_junit.render(look.status).encode())
+    _write_metrics(look, metrics)
 
 
 def _write_metrics(look: Look, file: Path | None) -> None:
