@@ -171,6 +171,12 @@ _LOOK = (
         example="ssh swarm.yaml k3",
     ),
     Verb(
+        "doctor",
+        "Find what keeps this machine from a host, one check after the other, each with its remedy.",
+        UNHEALTHY,
+        example="doctor swarm.yaml k3",
+    ),
+    Verb(
         "report",
         "Write one archive for those who help: spec, plan, status, logs and graph, without secrets.",
         HOSTS_UNREACHABLE,

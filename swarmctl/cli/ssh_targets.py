@@ -46,7 +46,7 @@ def transport(*, urgent: bool = False, become: bool = True) -> EitherSsh:
 
     name = os.environ.get(SUDO_PASSWORD_FILE)
     sudo = _sudo_password(name, urgent) if name and become else None
-    return EitherSsh(choice(), _keyring(Path.home()), sudo=sudo, note=_note)
+    return EitherSsh(choice(), keyring(), sudo=sudo, note=_note)
 
 
 def choice() -> Choice:
@@ -69,6 +69,11 @@ def _note(text: str) -> None:
     console.err().print(f"note: {printable(text)}")
 
 
+def keyring() -> Keyring:
+    """The private keys of the operator."""
+    return _keyring(Path.home())
+
+
 @cache  # one prompt for each key
 def _keyring(home: Path) -> Keyring:
     from swarmctl.remote.identities import Keyring
@@ -83,9 +88,7 @@ def ask_passphrases(targets: Iterable[Target]) -> None:
     if choice() is Choice.OPENSSH or not (sys.stdin.isatty() and sys.stderr.isatty()):
         return  # ssh takes keys with a passphrase from ssh-agent alone
     hosts = [one for target in targets if not needs_program(target) for one in target.way()]
-    locked = [
-        path for paths in {one.identities for one in hosts} for path in _keyring(Path.home()).locked(paths)
-    ]
+    locked = [path for paths in {one.identities for one in hosts} for path in keyring().locked(paths)]
     for path in locked:
         _ask_passphrase(path)
 
@@ -93,7 +96,7 @@ def ask_passphrases(targets: Iterable[Target]) -> None:
 @cache
 def _ask_passphrase(path: Path) -> None:
     while passphrase := getpass.getpass(f"Passphrase of {path}: "):
-        if _keyring(Path.home()).unlock(path, passphrase):
+        if keyring().unlock(path, passphrase):
             return
         console.err().print(f"this is not the passphrase of {path}; Enter goes on without this key")
 

@@ -13,12 +13,11 @@ from swarmctl.health.swarm_health import Status
 from swarmctl.health.verdict import State, listed
 from swarmctl.views import status_table
 from swarmctl.views.equal_hosts import Names, grouped, in_ranges, merged, merged_behind
-from swarmctl.views.status_table import STYLE, clean, many
+from swarmctl.views.status_table import GLYPH, STYLE, clean, many
 from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist
 
 MOST_SYMPTOMS = 6  # shown under one cause
-_GLYPH = {State.OK: "✓", State.SKIPPED: "-", State.WARNING: "!", State.UNKNOWN: "?", State.BAD: "✗"}
 
 
 def status(
@@ -131,7 +130,7 @@ class _Findings:
         who = hostlist.written(one.robot or one.host for one in equal)
         messages = [clean(one.message) for one in equal]
         message = merged_behind(messages, own) if first.subject == first.host else merged(messages, own)
-        line = Text.assemble(blanks, (_GLYPH[first.state], STYLE[first.state]))
+        line = Text.assemble(blanks, (GLYPH[first.state], STYLE[first.state]))
         line.append(f" {first.check} {self._subject(equal)}: {message}", style)
         text = wrapped(line, self.width, len(blanks) + 4).append("\n")
         if len(equal) > 1 and who not in line.plain:

@@ -18,6 +18,7 @@ from swarmctl.views.escape import printable
 from swarmctl.views.width import wrapped
 
 _HEADINGS = ("HOST / ROBOT", "STATE", "RELEASE / DRIVER", "UNITS", "MASTER / DEVICE", "TOPICS, Hz")
+GLYPH = {State.OK: "✓", State.SKIPPED: "-", State.WARNING: "!", State.UNKNOWN: "?", State.BAD: "✗"}
 STYLE = {
     State.OK: "green",
     State.SKIPPED: "dim",
