@@ -123,6 +123,8 @@ def become_root(session: Session) -> None:
         done = channel.exchange([password] if password else [], lambda _: False, timeout=CHANNEL_TIMEOUT)
     if done.status != 0:
         complaint = printable(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else b"")
+        if b"sudo:" in done.stderr:
+            raise _no_sudo(done, complaint)
         raise HostError(
             Kind.PRIVILEGE,
             f"the host runs no command of this account as root (status {done.status}) {complaint}".rstrip(),
@@ -305,19 +307,8 @@ def _no_answer(word: str, done: Output) -> HostError:
         return HostError(
             Kind.REFUSED, f"the agent cannot be stored: {reason}", "is the file system full, or read-only?"
         )
-    if b"sudo:" in done.stderr and b" tty " in done.stderr:
-        return HostError(
-            Kind.PRIVILEGE,
-            f"no root on this host: {complaint}",
-            "add a file to /etc/sudoers.d with the line `Defaults !requiretty`",
-        )
     if b"sudo:" in done.stderr:
-        return HostError(
-            Kind.PRIVILEGE,
-            f"no root on this host: {complaint}",
-            "log in as root, let this user run sudo without a password (NOPASSWD in /etc/sudoers.d), "
-            "or give its password with SWARMCTL_SUDO_PASSWORD_FILE (docs/hosts.md)",
-        )
+        return _no_sudo(done, complaint)
     printed = printable(b" ".join(line for line in done.stdout.split(b"\n") if line.strip()))[:_LONGEST_QUOTE]
     detail = f": {complaint or printed}" if complaint or printed else ""
     # Killed, for want of memory for example, it may answer the same request the next time.
@@ -325,6 +316,21 @@ def _no_answer(word: str, done: Output) -> HostError:
     kind = Kind.LOST if killed else Kind.PROTOCOL
     hint = "" if complaint or not printed else _OTHER_COMMAND
     return HostError(kind, f"the agent ended without an answer (status {done.status}){detail}", hint)
+
+
+def _no_sudo(done: Output, complaint: str) -> HostError:
+    if b" tty " in done.stderr:
+        return HostError(
+            Kind.PRIVILEGE,
+            f"no root on this host: {complaint}",
+            "add a file to /etc/sudoers.d with the line `Defaults !requiretty`",
+        )
+    return HostError(
+        Kind.PRIVILEGE,
+        f"no root on this host: {complaint}",
+        "log in as root, let this user run sudo without a password (NOPASSWD in /etc/sudoers.d), "
+        "or give its password with SWARMCTL_SUDO_PASSWORD_FILE (docs/hosts.md)",
+    )
 
 
 def printable(text: bytes) -> str:

@@ -5,15 +5,16 @@ from __future__ import annotations
 from rich.text import Text
 
 from swarmctl.health.first_aid import Check
-from swarmctl.views.status_table import GLYPH, STYLE, clean
+from swarmctl.views.escape import printable
+from swarmctl.views.status_table import GLYPH, STYLE
 
 
 def lines(check: Check) -> Text:
     """``✗ port: k3-pi is up, but nothing listens for SSH there``, and below it ``help: ...``."""
     verdict = check.verdict
     text = Text.assemble(
-        (GLYPH[verdict.state], STYLE[verdict.state]), f" {check.name}: {clean(verdict.message)}"
+        (GLYPH[verdict.state], STYLE[verdict.state]), f" {check.name}: {printable(verdict.message)}"
     )
     if verdict.hint:
-        text.append("\n").append("    help", "bold green").append(f": {clean(verdict.hint)}")
+        text.append("\n").append("    help", "bold green").append(f": {printable(verdict.hint)}")
     return text

@@ -175,6 +175,7 @@ def test_the_login_that_confirms_a_change_becomes_root(host: Sshd, make: MakeTra
     without = became("robot", None)
     assert without is not None
     assert without.kind is Kind.PRIVILEGE
+    assert "NOPASSWD" in without.hint
 
     sudoers = host.folder.parent / "sudoers"
     rules = sudoers.read_text()
