@@ -48,7 +48,7 @@ class Contact(Protocol):
         ...
 
     def route(self, target: Target, address: str) -> Route | None:
-        """Returns how packets get there; None if this machine cannot say it."""
+        """Returns how packets get there; None if this machine has no `ip`."""
         ...
 
     def ping(self, address: str) -> bool | None:
@@ -151,9 +151,9 @@ def _ping(answers: bool | None) -> Verdict:
 def _banner(target: Target, banner: str) -> Verdict:
     if banner.startswith("SSH-"):
         return ok(f"greets as {banner}")
-    said = f"says `{banner}`" if banner else "says nothing"
+    sent = f"sends `{banner}`" if banner else "sends nothing"
     return bad(
-        f"what listens on port {target.port} {said}: no sshd",
+        f"what listens on port {target.port} {sent}: no sshd",
         "is this the port of its sshd? if so, the host may be overloaded or hung",
     )
 
@@ -193,7 +193,7 @@ def _python(visit: Visit) -> Verdict:
 def _clock(visit: Visit) -> Verdict:
     time = _fact(visit, "time")
     if not time.isdecimal():
-        return Verdict(State.UNKNOWN, "the host does not say its time")
+        return Verdict(State.UNKNOWN, "the host does not report its time")
     if (apart := abs(int(time) - visit.now)) > _APART:
         return warning(
             f"{apart:.0f} s apart from that of this machine: logs and the stamps of messages do not fit",
@@ -205,7 +205,7 @@ def _clock(visit: Visit) -> Verdict:
 def _disk(host: str, visit: Visit) -> Verdict:
     size, free = (_fact(visit, name) for name in ("size", "free"))
     if not (size.isdecimal() and free.isdecimal()):
-        return Verdict(State.UNKNOWN, "the host does not say how much is free")
+        return Verdict(State.UNKNOWN, "the host does not report how much is free")
     seen = disk.Seen(
         "/opt", "/opt/swarm", free=int(free) << 10, size=int(size) << 10, inodes=None, read_only=False
     )

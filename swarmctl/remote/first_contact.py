@@ -37,7 +37,7 @@ class Route:
 
 @dataclass(frozen=True)
 class Greeting:
-    """A port is open, after so many ``seconds``; ``banner``: what the host said first, empty if nothing."""
+    """A port is open, after so many ``seconds``; ``banner``: its first line, empty if nothing."""
 
     seconds: float
     banner: str

@@ -19,7 +19,7 @@ robots:
 """
 
 
-def test_it_names_what_is_wrong_here_and_the_first_host_that_cannot_be_logged_in_to(tmp_path: Path) -> None:
+def test_it_names_what_is_wrong_here_and_on_the_way_to_a_host(tmp_path: Path) -> None:
     (tmp_path / "swarm.yaml").write_text(SPEC.format(port=free_port()))
     env = {"HOME": str(tmp_path), "SSH_AUTH_SOCK": None}
     run = swarmctl("doctor", cwd=tmp_path, env=env)
