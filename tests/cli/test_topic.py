@@ -19,6 +19,7 @@ from tests import ROOT
 from tests.in_process import swarmctl
 
 LEADER, ISLANDS, ROS_2 = "paper-leader", "paper-4-standalone", "ros2-2-leader"
+CENTRAL_2 = "ros2-3-central"  # its graph does not have the hosts of nodes
 AWAY = HostError(Kind.UNREACHABLE, "k3-pi is unreachable: no route to host", "look at `swarmctl status SPEC`")
 ODOM = " * /k3/odom [nav_msgs/Odometry] 1 publisher\n"
 ROSOUT = " * /rosout [rosgraph_msgs/Log] 3 publishers\n * /rosout [rosgraph_msgs/Log] 1 subscriber\n"
@@ -162,6 +163,7 @@ def test_what_a_host_lacks_is_named(hosts: Hosts, tmp_path: Path, ran: Ran, mess
         (LEADER, (), "note: k3 obeys its commander koala-laptop, and so this tool on koala-laptop"),
         (LEADER, ("--host", "k3-pi"), "warning: k3 will ignore this: by `control` it obeys koala-laptop"),
         (ROS_2, (), "warning: k3 will ignore this: by `control` it obeys joystick"),
+        (CENTRAL_2, ("--host", "k3-pi"), "warning: k3 will ignore this: by `control` it obeys square, k3-pi"),
     ],
 )
 def test_pub_says_whether_the_robot_obeys(
@@ -170,7 +172,7 @@ def test_pub_says_whether_the_robot_obeys(
     done = topic(tmp_path, example, *PUB, "--rate", "10", *more)
     assert done.stderr.splitlines()[-1].startswith(printed)
     assert done.returncode == 0
-    kind = "geometry_msgs/msg/Twist" if example == ROS_2 else "geometry_msgs/Twist"
+    kind = "geometry_msgs/msg/Twist" if example.startswith("ros2") else "geometry_msgs/Twist"
     assert f"pub -r 10 -- /k3/cmd_vel {kind} " in hosts.sent[0][1]
 
 
@@ -179,12 +181,25 @@ def test_pub_on_another_topic_says_nothing(hosts: Hosts, tmp_path: Path) -> None
     assert "obey" not in done.stderr
 
 
-def test_pub_does_not_pass_by_a_gate(hosts: Hosts, tmp_path: Path) -> None:
+def burger(folder: Path, more: str = "") -> Path:
+    """A spec whose k3 has a vendor's driver, with ``more`` in its entry."""
     lines = (ROOT / "examples" / LEADER / "swarm.yaml").read_text().splitlines()
     spec = "\n".join(one for one in lines if "robot: k3" not in one)
-    (tmp_path / "gated.yaml").write_text(spec.replace("type: khepera3", "type: turtlebot3-burger"))
+    path = folder / "burger.yaml"
+    path.write_text(spec.replace("type: khepera3", f"type: turtlebot3-burger{more}"))
+    return path
+
+
+def test_pub_warns_where_nothing_checks_commanders(hosts: Hosts, tmp_path: Path) -> None:
+    driver = "{package: burger, executable: drive, ungated: true, reason: the lab is empty}"
+    done = swarmctl("topic", *PUB[:1], str(burger(tmp_path, f", driver: {driver}")), *PUB[1:])
+    assert "warning: k3 obeys whoever publishes here: nothing checks who commands it" in done.stderr
+    assert len(hosts.sent) == 1
+
+
+def test_pub_does_not_pass_by_a_gate(hosts: Hosts, tmp_path: Path) -> None:
     words = ("/k3//gate/cmd_vel", "geometry_msgs/Twist", "{}")
-    done = swarmctl("topic", "pub", "gated.yaml", *words, cwd=tmp_path)
+    done = swarmctl("topic", "pub", str(burger(tmp_path)), *words)
     assert "only the gate of k3 publishes on /k3/gate/cmd_vel" in done.stderr
     assert "commands for k3 go to /k3/cmd_vel" in done.stderr
     assert hosts.sent == []
