@@ -58,7 +58,7 @@ function ownerOf(finding) {
 /** The state of a node: that of the last look, unless its robot has reported a trouble since. */
 function stateOf(id, rows) {
   const state = rows.get(id)?.state;
-  return state === "ok" && troubleOf(id) ? "bad" : state;
+  return isNewTrouble(id, state) ? "bad" : state;
 }
 
 function showStates() {
