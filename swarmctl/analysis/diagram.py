@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import asdict, dataclass
+from typing import Any
 
 from swarmctl.analysis import swarm_graph
 from swarmctl.analysis.swarm_graph import COMMANDS, DATA, RUNS, Graph, node
@@ -79,8 +80,25 @@ class Diagram:
             "islands": [{"name": name, "hub": hub} for name, hub in self.islands],
             "nodes": [{"id": node.id, **asdict(node)} for node in self.nodes],
             "edges": [asdict(edge) for edge in self.edges],
+            "provider": self.provider,
             "crossings": [one.to_json() for one in self.crossings],
         }
+
+    @classmethod
+    def from_json(cls, data: Any) -> Diagram:
+        """Reads what ``to_json`` returns. Raises KeyError or TypeError for anything else."""
+        return cls(
+            data["swarm"],
+            data["mode"],
+            tuple((one["name"], one["hub"]) for one in data["islands"]),
+            tuple(Node(one["kind"], one["name"], one["detail"], one["island"]) for one in data["nodes"]),
+            tuple(Edge(**one) for one in data["edges"]),
+            data["provider"],
+            tuple(
+                BridgedTopic(one["topic"], one["type"], one["from"], tuple(one["to"]))
+                for one in data["crossings"]
+            ),
+        )
 
 
 def diagram(index: SwarmIndex) -> Diagram:

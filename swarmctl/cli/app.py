@@ -159,6 +159,11 @@ _LOOK = (
         example="top swarm.yaml",
     ),
     Verb(
+        "topic",
+        "List, show, measure and publish topics, with ROS's own tools on the hosts.",
+        example="topic echo swarm.yaml /k3/odom",
+    ),
+    Verb(
         "exec",
         "Run a command on hosts, at once.",
         HOSTS_FAILED,

@@ -31,6 +31,13 @@ SpecOrReport = Annotated[
     SpecFiles,
     typer.Argument(help="The swarm's YAML file.", callback=spec_args.needed_without_report, **_SPEC),
 ]
+Archive = Annotated[
+    Path | None,
+    typer.Option(
+        "--from", metavar="ARCHIVE", is_eager=True,
+        help="Show what is in an archive of `swarmctl report`; connect to no host.",
+    ),
+]  # fmt: skip
 Specs = Annotated[
     list[SpecFiles], typer.Argument(help="YAML files, one swarm each.", callback=spec_args.each, **_SPEC)
 ]

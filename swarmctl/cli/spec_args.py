@@ -79,8 +79,12 @@ def usual() -> SpecFiles | None:
 
 
 def is_spec(word: str) -> bool:
-    """Returns True if the first argument of a verb is the file of a spec, rather than a robot or a host."""
-    return word.endswith((".yaml", ".yml")) or "/" in word or Path(word).is_file()
+    """Returns True if the first argument of a verb is the file of a spec, rather than what it is about.
+
+    That is a robot, a host, or a topic such as ``/k3/odom``.
+    """
+    is_path = "/" in word and not word.startswith("/")
+    return word.endswith((".yaml", ".yml")) or is_path or Path(word).is_file()
 
 
 def each(context: typer.Context, specs: list[SpecFiles] | None) -> list[SpecFiles | None]:

@@ -8,15 +8,18 @@ import json
 import re
 import tarfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from swarmctl.analysis.diagram import Diagram
+from swarmctl.health.log_entries import Entry
 from swarmctl.health.swarm_health import Look, Status
 
 MOST_BYTES = 64 << 20  # of an archive, unpacked
-STATUS, LOOK = "status.json", "look.json"
+STATUS, LOOK, GRAPH, LOGS = "status.json", "look.json", "graph.json", "logs.jsonl"
 _SHORTEST_LINE = 8  # characters of a line that is kept secret for itself, as one of a key in PEM
 _BROKEN = (OSError, EOFError, zlib.error, tarfile.TarError, ValueError, TypeError, KeyError, RecursionError)
 
@@ -71,29 +74,43 @@ def packed(folder: str, texts: Mapping[str, str], at: float) -> bytes:
 
 def read(file: Path) -> Report:
     """The status in an archive, read in memory within ``MOST_BYTES``. Raises ``ReportError``."""
+    with _opened(file) as tar:
+        look = json.loads(_text(tar, LOOK))
+        seen = Status.from_json(json.loads(_text(tar, STATUS)))
+        shown = Look(seen, float(look["began"]), float(look["took"]))
+        return Report(shown, tuple(map(Path, look["spec"])), list(map(str, look["where"])))
+
+
+def graph_and_logs(file: Path) -> tuple[Diagram, list[Entry]]:
+    """The graph and the logs in an archive, in the order of time. Raises ``ReportError``."""
+    with _opened(file) as tar:
+        entries = [Entry(**json.loads(line)) for line in _text(tar, LOGS).splitlines()]
+        return Diagram.from_json(json.loads(_text(tar, GRAPH))), entries
+
+
+@contextmanager
+def _opened(file: Path) -> Iterator[tarfile.TarFile]:
+    """An archive, unpacked in memory. Raises ``ReportError``, also for what the block finds broken."""
     try:
         with gzip.open(file) as stream:
             data = stream.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
             raise ReportError(f"{file} has more than {MOST_BYTES >> 20} MB")
         with tarfile.open(fileobj=io.BytesIO(data), mode="r:") as tar:
-            look = _document(tar, LOOK)
-            seen = Status.from_json(_document(tar, STATUS))
-        shown = Look(seen, float(look["began"]), float(look["took"]))
-        return Report(shown, tuple(map(Path, look["spec"])), list(map(str, look["where"])))
+            yield tar
     except FileNotFoundError:
         raise ReportError(f"{file} does not exist") from None
     except _BROKEN:
         raise ReportError(f"{file} is not a report of this version of swarmctl, or it is damaged") from None
 
 
-def _document(tar: tarfile.TarFile, name: str) -> Any:
-    """The JSON in the file ``name`` of the archive's folder."""
+def _text(tar: tarfile.TarFile, name: str) -> bytes:
+    """The file ``name`` in the archive's folder."""
     entry = next(one for one in (*tar.getmembers(), None) if one is None or _is(one, name))
     stream = tar.extractfile(entry) if entry else None
     if stream is None:
         raise ValueError(name)
-    return json.load(stream)
+    return stream.read()
 
 
 def _is(entry: tarfile.TarInfo, name: str) -> bool:

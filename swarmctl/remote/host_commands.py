@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import shlex
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 
 from swarmctl.remote import parallel_hosts
@@ -58,7 +58,7 @@ def shell_command(words: Sequence[str]) -> str:
 
 def run(
     targets: Iterable[Target], command: str, transport: Transport, *, parallel: int, follow: bool = False
-) -> Iterator[Event[Ran]]:
+) -> Generator[Event[Ran], None, None]:
     """Run ``command`` on every target by the login shell of its account, without standard input or terminal.
 
     If ``follow``, each line is a ``Note`` as it comes, those of standard error after ``MARK``, and the

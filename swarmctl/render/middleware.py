@@ -12,6 +12,7 @@ from typing import Any, Literal, Protocol, cast
 
 from swarmctl.plugins import MIDDLEWARES
 from swarmctl.render.bundle import File, Part
+from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.ports import Listener
@@ -121,6 +122,10 @@ class Middleware(Protocol):
     @property
     def launcher(self) -> str:
         """The command that reads launch files; empty if nothing does."""
+
+    @property
+    def topic_tool(self) -> TopicTool:
+        """The command for topics, which ``swarmctl topic`` runs on hosts."""
 
     @property
     def multimaster(self) -> str:

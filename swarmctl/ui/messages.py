@@ -14,6 +14,8 @@ from swarmctl.health.verdict import State
 from swarmctl.spec.model import Spec
 from swarmctl.views import logs as view
 
+_MOST_LINES = 200  # of a log
+
 
 def status(seen: Status, age: float) -> dict[str, Any]:
     """A status, of which the oldest answer of a host is ``age`` s old; its causes, the worst first."""
@@ -39,6 +41,13 @@ def log(node: str, entries: Iterable[Entry]) -> dict[str, Any]:
         merge.add(entry, 0.0)
     lines = [{"level": one.level, "text": view.lines(one).plain} for one in merge.rest()]
     return {"node": node, "lines": lines, "trouble": ""}
+
+
+def log_of(node: str, entries: Iterable[Entry]) -> dict[str, Any]:
+    """The log of a node, out of the entries of all."""
+    kind, _, name = node.partition(":")
+    named = [one for one in entries if name == (one.host if kind == "host" else one.source.partition("/")[0])]
+    return log(node, named[-_MOST_LINES:])
 
 
 def starts(spec: Spec) -> dict[str, tuple[float, float, float]]:

@@ -74,6 +74,8 @@ class Watch:
         """Closes the connections and ends the threads."""
         self._stop.request()
         self._stop.request()
+        for host in self._hosts:
+            host.news.set()
 
     def wait(self, timeout: float) -> Seen | None:
         """What is seen once an outcome is new, or the time is up; None in the first s without all.
@@ -136,7 +138,8 @@ class Watch:
                     self._take(host, answer_of(data, received=time.time()), stop)
                     host.news.wait(_PAUSE)
             finally:
-                host.session = None
+                if host.session is session:  # another page may have opened since
+                    host.session = None
 
     def _take(self, host: _Watched, outcome: Answer | HostError, stop: Stop) -> None:
         if not stop.requested:

@@ -61,7 +61,7 @@ function paint() {
   grid(brush, scale, x0, y0, colour);
   const rows = look ? rowsOf(look.status) : new Map();
   for (const [name, trail] of found) {
-    const state = stateOf(`robot:${name}`, rows) ?? "unknown";
+    const state = (look && stateOf(`robot:${name}`, rows)) ?? "unknown";
     robot(brush, name, trail.map(([x, y, yaw]) => [x0 + scale * x, y0 - scale * y, -yaw]), colour(`--${state}`), colour);
   }
 }

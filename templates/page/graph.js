@@ -40,16 +40,27 @@ function select(id) {
   for (const follow of ON_SELECT) follow(id);
 }
 
-/** What `edge` is to the node `id`, in words. */
-function edgeInWords(edge, id) {
-  const other = nodes.get(edge.start === id ? edge.end : edge.start);
+/** What `edge` is to the node `id`: words before the name of its other end, and behind it. */
+function edgeInWords(edge, id, other) {
   const label = edge.label ? ` (${edge.label})` : "";
   const outward = edge.start === id;
-  if (edge.kind === "commands") return `${outward ? "commands" : "commanded by"} ${other.name}${label}`;
-  if (edge.kind === "data") return `${outward ? "sends data to" : "gets data from"} ${other.name}${label}`;
-  if (edge.kind === "network") return outward ? `on network ${other.name}` : `host ${other.name}`;
-  if (edge.kind === "runs") return outward ? `${other.kind} ${other.name}` : `on host ${other.name}`;
-  return `${outward ? other.kind : "driven by host"} ${other.name}, ${edge.kind}${label}`;
+  if (edge.kind === "commands") return [outward ? "commands" : "commanded by", label];
+  if (edge.kind === "data") return [outward ? "sends data to" : "gets data from", label];
+  if (edge.kind === "network") return [outward ? "on network" : "hosts", ""];
+  if (edge.kind === "runs") return [outward ? other.kind : "on host", ""];
+  return [outward ? other.kind : "driven by host", `, ${edge.kind}${label}`];
+}
+
+/** The edges of a node in words, a line for all that differ only in the names of their other ends. */
+function connections(id) {
+  const names = new Map();
+  for (const edge of diagram.edges) {
+    if (edge.start !== id && edge.end !== id) continue;
+    const other = nodes.get(edge.start === id ? edge.end : edge.start);
+    const words = JSON.stringify(edgeInWords(edge, id, other));
+    names.set(words, [...(names.get(words) ?? []), other.name]);
+  }
+  return [...names].map(([words, ends]) => JSON.parse(words).join(` ${ends.join(", ")}`));
 }
 
 function showDetails() {
@@ -59,13 +70,12 @@ function showDetails() {
     details.replaceChildren(element("p", { class: "soft" }, "Select a host, robot, program or network."));
     return;
   }
-  const edges = diagram.edges.filter((edge) => edge.start === selected || edge.end === selected);
   const shown = element(
     "div",
     {},
     element("h2", {}, node.name, " ", element("small", {}, `${node.kind}, ${node.detail}`)),
     ...ADD_DETAILS.flatMap((add) => add(node)),
-    element("ul", {}, ...edges.map((edge) => element("li", { class: "soft" }, edgeInWords(edge, selected)))),
+    element("ul", {}, ...connections(selected).map((words) => element("li", { class: "soft" }, words))),
   );
   if (details.firstChild?.outerHTML !== shown.outerHTML) details.replaceChildren(shown); // keeps a selected text
 }
@@ -89,6 +99,7 @@ function neighbour(id, key) {
   return best;
 }
 
+picture.style.minWidth = `${picture.viewBox.baseVal.width / 2}px`; // a name of a large swarm can be read
 for (const [id, shape] of shapes) {
   const node = nodes.get(id);
   shape.setAttribute("tabindex", "0");

@@ -58,7 +58,7 @@ function ownerOf(finding) {
 /** The state of a node: that of the last look, unless its robot has reported a trouble since. */
 function stateOf(id, rows) {
   const state = rows.get(id)?.state;
-  return state === "ok" && troubleOf(id) ? "bad" : state;
+  return isNewTrouble(id, state) ? "bad" : state;
 }
 
 function showStates() {
@@ -108,8 +108,9 @@ function showState() {
     place.dataset.text = state + words;
     place.replaceChildren(mark(state), ` ${words}`);
   }
-  document.getElementById("age").textContent =
-    connected && age < LATE ? `seen ${age} s ago` : `OUT OF DATE: seen ${age} s ago`;
+  const shown = document.getElementById("age");
+  if (shown.dataset.taken) shown.textContent = `as of ${shown.dataset.taken}`;
+  else shown.textContent = connected && age < LATE ? `seen ${age} s ago` : `OUT OF DATE: seen ${age} s ago`;
 }
 
 const number = (value, digits = 1) => (value === null || value === undefined ? "–" : value.toFixed(digits));

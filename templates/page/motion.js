@@ -3,21 +3,21 @@
 
 const FRESH = 2000; // ms after which a report is old
 const KEPT = 60; // s of the plot
-const robots = new Map(); // by name: {at, pose, driven, commanded, commander, trouble, held, missing, history}
+const UNKNOWN = { pose: null, driven: null, commanded: null, commander: "", trouble: "", held: false, battery: null, missing: false, since: 0 };
+const robots = new Map(); // by name: as UNKNOWN, with when it was reported and its history; times in ms
 let plot = null;
 
 /** Takes a message of one host: {robots, missing}. */
 function takeTelemetry(message) {
   const at = performance.now();
-  for (const [name, report] of Object.entries(message.robots)) {
-    const history = robots.get(name)?.history ?? [];
-    history.push({ at, ...report });
-    while (history[0].at < at - 1000 * KEPT) history.shift();
-    robots.set(name, { ...report, at, missing: false, history });
-  }
-  for (const name of message.missing) {
-    const known = robots.get(name) ?? { at, pose: null, driven: null, commanded: null, commander: "", trouble: "", held: false, battery: null, history: [] };
-    robots.set(name, { ...known, at, missing: true });
+  for (const name of new Set([...Object.keys(message.robots), ...message.missing])) {
+    const before = robots.get(name) ?? { ...UNKNOWN, history: [] };
+    const report = message.robots[name];
+    const now = { ...before, ...report, at, missing: message.missing.includes(name) };
+    const changed = now.trouble !== before.trouble || now.missing !== before.missing;
+    if (report) now.history.push({ at, ...report });
+    while (now.history[0]?.at < at - 1000 * KEPT) now.history.shift();
+    robots.set(name, { ...now, since: changed ? at : before.since });
   }
   if (!look) return;
   showStates();
@@ -36,11 +36,18 @@ function troubleOf(id) {
   return robot?.trouble || (robot?.missing ? "its device is missing" : "");
 }
 
+/** True if what is wrong with a robot is not in the last look, which has `state`. */
+function isNewTrouble(id, state) {
+  if (!troubleOf(id)) return false;
+  const looked = look.came - 1000 * look.age;
+  return state === "ok" || (state === "warning" && robots.get(id.replace("robot:", "")).since > looked);
+}
+
 /** The troubles that no look has shown yet. */
 function troubles() {
   const rows = rowsOf(look.status);
   return [...robots.keys()]
-    .filter((name) => rows.get(`robot:${name}`)?.state === "ok" && troubleOf(`robot:${name}`))
+    .filter((name) => isNewTrouble(`robot:${name}`, rows.get(`robot:${name}`)?.state))
     .map((name) => `${name}: ${troubleOf(`robot:${name}`)}`);
 }
 
@@ -48,7 +55,7 @@ ADD_DETAILS.push((node) => {
   const robot = node.kind === "robot" ? reportOf(node.name) : null;
   if (!robot) return [];
   const trouble = troubleOf(node.id);
-  const isNew = trouble && look && rowsOf(look.status).get(node.id)?.state === "ok";
+  const isNew = trouble && look && isNewTrouble(node.id, rowsOf(look.status).get(node.id)?.state);
   return [
     ...(isNew ? [element("p", {}, mark("bad"), ` ${trouble}`)] : []),
     ...(robot.held ? [element("p", {}, "stopped by swarmctl stop")] : []),

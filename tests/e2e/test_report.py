@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import shutil
+import signal
+import subprocess
 import tarfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import expect
 
 from swarmctl.cli import exit_codes
 from swarmctl.lab import lab
-from tests.e2e.lab_swarm import LabSwarm, until
+from tests.e2e.lab_swarm import SWARMCTL, LabSwarm, until
+from tests.timing import PATIENCE, Promise
+from tests.ui.browser import chromium, opened
 
 
 @pytest.fixture
@@ -26,9 +33,10 @@ def operators_pin(swarm: LabSwarm) -> Iterator[str]:
 
 
 def test_a_report_has_the_cause_and_the_logs_and_no_secret(
-    swarm: LabSwarm, tmp_path: Path, operators_pin: str
+    swarm: LabSwarm, tmp_path: Path, operators_pin: str, promise: Promise
 ) -> None:
     file = tmp_path / "report.tar.gz"
+    pulled = time.time()
     lab.unplug(swarm.name, "k3")
     try:
         until(lambda: "✗ device k3" in swarm.swarmctl("status").out, "status does not see the cable")
@@ -50,3 +58,24 @@ def test_a_report_has_the_cause_and_the_logs_and_no_secret(
         }
     assert "the PIN is (secret epuck-pin)" in texts["logs.jsonl"]
     assert not [name for name, text in texts.items() if operators_pin in text]
+    logged = [json.loads(line) for line in texts["logs.jsonl"].splitlines()]
+    lost = [
+        one["time"] for one in logged if one["source"] == "k3" and "/dev/swarm/k3 is gone" in one["message"]
+    ]
+    promise("logs: from a pulled cable to the time of its entry", lost[-1] - pulled, 2.0)
+    shows_on_the_page(file)
+
+
+def shows_on_the_page(file: Path) -> None:
+    command = [str(SWARMCTL), "ui", "--from", str(file)]
+    with chromium() as browser, subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as served:
+        try:
+            assert served.stdout is not None
+            with opened(browser, served.stdout.readline().strip()) as page:
+                expect(page.locator("#age")).to_contain_text("as of ", timeout=1000 * PATIENCE)
+                page.locator("#findings button", has_text="device k3").click()
+                expect(page.locator("#details")).to_contain_text("Remedy:")
+                gone = page.locator("#log .level-error", has_text="/dev/swarm/k3 is gone")
+                expect(gone.first).to_be_visible(timeout=1000 * PATIENCE)
+        finally:
+            served.send_signal(signal.SIGINT)

@@ -18,6 +18,7 @@ from tests.ui.browser import chromium, opened
 
 SPEED = 0.1  # m/s
 WELL = re.compile(r"^\s*healthy")  # a publisher that another test has killed stays a warning
+FINE = re.compile("ok|warning")
 CABLE = 2.0  # s
 GONE = 6.0  # s
 
@@ -57,7 +58,7 @@ def test_a_pulled_cable_shows_with_its_cause_until_it_is_plugged(
         page.screenshot(path=ROOT / "docs/ui-graph.png")
     page.get_by_role("button", name="Reload").click()
     expect(page.locator("#log .level-error", has_text="/dev/swarm/k3").first).to_be_visible()
-    shown(page, "koala", "ok")
+    shown(page, "koala", FINE)
     lab.plug(swarm.name, "k3")
     expect(page.locator("#state")).to_have_text(WELL)
     expect(finding).to_have_count(0)
@@ -97,7 +98,7 @@ def test_a_host_that_is_cut_off_costs_itself_alone(swarm: LabSwarm, page: Page, 
         promise("page of swarmctl ui: from a cut network until it shows it", time.monotonic() - began, GONE)
         expect(page.locator("#age")).not_to_contain_text("OUT OF DATE")
         for robot in ("koala", "epuck"):
-            shown(page, robot, re.compile("ok|warning"))
+            shown(page, robot, FINE)
     finally:
         swarm.join("k3-pi")
     expect(page.locator("#state")).to_have_text(WELL)

@@ -8,6 +8,7 @@ from pathlib import Path
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode
 from swarmctl.render.multimaster import Discovery, JoinNodes
+from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
@@ -29,6 +30,7 @@ class Pebble:
     settings: frozenset[str] = frozenset()
     variables: frozenset[str] = frozenset()
     launcher = ""
+    topic_tool = TopicTool(("pebble", "topic"), "pebble_topic")
     multimaster = ""
     shared_files: frozenset[str] = frozenset()
     topics: Mapping[str, str] = {

@@ -170,6 +170,20 @@ def test_what_a_robot_reports_shows_before_the_next_look(shown: tuple[Page, Page
     expect(page.locator("#state")).to_have_text("healthy")
 
 
+def test_a_warning_gives_way_to_a_new_trouble_until_a_look(shown: tuple[Page, Pages]) -> None:
+    page, pages = shown
+    warned = well()
+    for host in warned["status"]["hosts"]:
+        for robot in host["robots"]:
+            robot["state"] = "warning" if robot["name"] == "k3" else robot["state"]
+    pages.send("status", warned)
+    expect(node(page, "robot:k3")).to_have_attribute("data-state", "warning")
+    pages.send("telemetry", {"robots": {"k3": report(trouble="no answer")}, "missing": []})
+    expect(node(page, "robot:k3")).to_have_attribute("data-state", "bad")
+    pages.send("status", warned)  # of a robot that is optional
+    expect(node(page, "robot:k3")).to_have_attribute("data-state", "warning")
+
+
 def test_a_page_without_its_server_says_so(browser: Browser) -> None:
     page = browser.new_page()  # which complains of connections that fail
     with served() as (url, pages):

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from swarmctl.health.host_logs import HostLog
 from swarmctl.health.observations import Answer
 from swarmctl.remote import agent_client
 from swarmctl.remote.transport import HostError, Kind, Target
@@ -19,6 +20,7 @@ from tests.health.swarm_values import graph
 from tests.timing import wait_for
 
 HOSTS = [host.name for host in graph().hosts]
+LOG = HostLog([], 0.0, cut=False)
 WELL = {"robots": {}, "missing": [], "units": ["a"]}
 
 
@@ -107,6 +109,23 @@ def test_all_hosts_answer_and_then_rest_until_something_is_new(hosts: Hosts) -> 
             wait_for(lambda: k3.looks == before + 1)  # noqa: B023
         assert hosts.hosts["epuck-pi"].looks == 1
     assert notes[2]["missing"] == ["k3"]
+
+
+def test_a_page_that_is_opened_again_has_its_own_connections(
+    hosts: Hosts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[Any] = []
+    monkeypatch.setattr(watching.HostReader, "last", lambda self, agent: read.append(agent) or LOG)
+    with watched(hosts, []) as watch:
+        outcomes(watch)
+        watch.stop()
+        watch.start()
+        outcomes(watch)
+        wait_for(lambda: hosts.hosts["k3-pi"].open == 1)
+        assert watch.log("k3-pi", ["k3"]) == []
+    assert read == [hosts.hosts["k3-pi"]]
+    with pytest.raises(HostError, match="not connected"):
+        watch.log("k3-pi", ["k3"])
 
 
 def test_a_silent_host_delays_no_other_and_is_no_good_news(

@@ -196,6 +196,5 @@ def _follow(question: Question, targets: list[Target], output: _Output) -> None:
             if not silent or time.monotonic() > first:
                 output.entries(merge.due(time.monotonic()))
         output.entries(merge.rest())
-    except KeyboardInterrupt:
-        output.entries(merge.rest())
+    except KeyboardInterrupt:  # amid a line of many, perhaps: what follows would have a gap before it
         raise typer.Exit(exit_codes.OK) from None

@@ -75,7 +75,7 @@ def report(
         "README.txt": clean(readme),
         **{name: written(clean(document)) for name, document in documents.items()},
         **parts.drawn(clean),
-        "logs.jsonl": lines_of(clean(logs)),
+        report_archive.LOGS: lines_of(clean(logs)),
         **clean(parts.spec(spec.first.parent, [str(one) for one in spec.files[1:]])),
     }
     data = report_archive.packed(folder, texts, look.began)

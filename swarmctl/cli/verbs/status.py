@@ -40,15 +40,7 @@ class Goal(str, Enum):
 def status(
     spec: options.SpecOrReport,
     overlays: options.Overlays = None,
-    archive: Annotated[
-        Path | None,
-        typer.Option(
-            "--from",
-            metavar="ARCHIVE",
-            is_eager=True,
-            help="Show the status in an archive of `swarmctl report`; connect to no host.",
-        ),
-    ] = None,
+    archive: options.Archive = None,
     watch: Annotated[bool, typer.Option("--watch", help="Repeat until Ctrl-C.")] = False,
     every: Annotated[float, typer.Option(min=1.0, metavar="SECONDS", help="Interval of --watch.")] = 5.0,
     wait: Annotated[

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from datetime import datetime
 from functools import partial
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
 from swarmctl.cli import console, exit_codes, options, swarm_look
+from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
     from swarmctl.health.expected_graph import ExpectedGraph
@@ -23,8 +26,9 @@ _OFTEN, _SELDOM = 0.2, 1.0  # s between two messages to the pages, at least and 
 
 
 def ui(
-    spec: options.Spec,
+    spec: options.SpecOrReport,
     overlays: options.Overlays = None,
+    archive: options.Archive = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0: a free one.")] = 0,
     control: Annotated[
         bool, typer.Option("--control", help="The page has buttons that stop robots and release them.")
@@ -42,31 +46,34 @@ def ui(
             "install them: `pip install 'swarmctl[ui]'`",
             code=exit_codes.USAGE,
         )
+    if archive is None:
+        _show_hosts(spec, port, control=control, lab=lab, lab_name=lab_name)
+    elif control or options.in_lab(lab, lab_name):
+        console.fail("--from shows what is in the archive, and connects to no host", code=exit_codes.USAGE)
+    _show_archive(archive, port)
+
+
+def _show_hosts(spec: SpecFiles, port: int, *, control: bool, lab: bool, lab_name: str) -> NoReturn:
     from swarmctl.analysis.diagram import diagram
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.ui import messages
     from swarmctl.ui.control import Control
-    from swarmctl.ui.server import Pages, serving
+    from swarmctl.ui.server import Pages
     from swarmctl.ui.watch import Watch
     from swarmctl.views.graph import page
 
     looked = swarm_look.expected(spec, None, lab=lab, lab_name=lab_name)
     pages = Pages(("log", "stop", "start") if control else ("log",))
     live = page.Live(messages.starts(looked.document.spec), control)
-    with ExitStack() as stack:
-        # The server comes first: --lab moves this thread, not its socket, into the network of the lab.
-        try:
-            url = stack.enter_context(serving(page.graph(diagram(looked.index), live), pages, port))
-        except OSError as error:
-            console.fail(f"--port {port}: {error.strerror or error}", "choose another port, or 0")
+    # The server comes first: --lab moves this thread, not its socket, into the network of the lab.
+    with _served(page.graph(diagram(looked.index), live), pages, port) as url:
         targets = options.targets(spec, looked.swarm, lab=lab, lab_name=lab_name)
         connections = transport()
         watch = Watch(looked.graph, targets, connections, lambda note: pages.send("telemetry", note))
         homes = {robot.name: host.name for host in looked.graph.hosts for robot in host.robots}
         robots = Control(looked.swarm.name, homes, targets, connections)
         _answer(pages, partial(_log, looked.graph, watch), robots.do)
-        print(url, flush=True)
-        console.err().print("the page shows the swarm while it is open; Ctrl-C ends this")
+        _print(url)
         while True:
             pages.opened.wait()
             watch.start()
@@ -78,6 +85,46 @@ def ui(
                         time.sleep(_OFTEN)
             finally:
                 watch.stop()
+
+
+def _show_archive(archive: Path, port: int) -> NoReturn:
+    from swarmctl.health import report_archive
+    from swarmctl.ui import messages
+    from swarmctl.ui.server import Pages
+    from swarmctl.views.graph import page
+
+    try:
+        look = report_archive.read(archive).look
+        drawing, entries = report_archive.graph_and_logs(archive)
+    except report_archive.ReportError as error:
+        console.fail(str(error), "`swarmctl report` writes one")
+    pages = Pages(("log",))
+    taken = datetime.fromtimestamp(look.began).astimezone()
+    with _served(page.graph(drawing, page.Live(taken=f"{taken:%Y-%m-%d %H:%M:%S %z}")), pages, port) as url:
+        _answer(pages, lambda names: messages.log_of(names[0], entries), lambda action, names: ())
+        _print(url)
+        while True:
+            pages.opened.wait()
+            pages.send("status", messages.status(look.status, 0.0))
+            time.sleep(_SELDOM)
+
+
+@contextmanager
+def _served(html: str, pages: Pages, port: int) -> Iterator[str]:
+    """Serves the page meanwhile; yields its URL. Exits if the port is in use."""
+    from swarmctl.ui.server import serving
+
+    with ExitStack() as stack:
+        try:
+            url = stack.enter_context(serving(html, pages, port))
+        except OSError as error:
+            console.fail(f"--port {port}: {error.strerror or error}", "choose another port, or 0")
+        yield url
+
+
+def _print(url: str) -> None:
+    print(url, flush=True)
+    console.err().print("the page shows the swarm while it is open; Ctrl-C ends this")
 
 
 def _answer(

@@ -16,6 +16,7 @@ from swarmctl.render.ros1 import (
     rviz,
 )
 from swarmctl.render.service_values import home
+from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule, onboard
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
@@ -43,6 +44,7 @@ class Noetic:
     settings = frozenset({"master_port", "workspace", "builders", "naming", "ipv6", "use_sim_time"})
     variables = frozenset({"ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE"})
     launcher = "roslaunch"
+    topic_tool = TopicTool(("rostopic",), "rostopic")
     multimaster = "fkie"
     shared_files = frozenset({release.ENVIRONMENT})  # ROS_MASTER_URI and how the islands join
     topics = TOPICS

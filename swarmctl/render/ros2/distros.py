@@ -22,6 +22,7 @@ from swarmctl.render.ros2 import (
     ros2_programs,
     ros2_release,
 )
+from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule, onboard
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.ports import Listener
@@ -46,6 +47,8 @@ class Ros2:
     settings = frozenset({"rmw", "domain", "discovery", "servers", "workspace"})
     variables = frozenset(graph_environment.GRAPH_VARIABLES)
     launcher = "ros2 launch"
+    # Without the daemon, which has the settings of whoever has started it.
+    topic_tool = TopicTool(("ros2", "topic"), "ros2topic", ("--no-daemon", "--spin-time", "3"))
     multimaster = ""
     shared_files = frozenset({ros2_release.ENVIRONMENT})  # the domain, and where the servers are
     topics = TOPICS

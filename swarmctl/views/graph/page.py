@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from xml.etree.ElementTree import tostring
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -21,11 +21,13 @@ _FOLDER = templates() / "page"
 class Live:
     """A page that connects to the server that it comes from, and shows health and motion.
 
-    ``starts``: the declared poses of robots in the map, in m, m and rad; ``control``: with buttons.
+    ``starts``: the declared poses of robots in the map, in m, m and rad; ``control``: with buttons;
+    ``taken``: when the only status was taken, as text.
     """
 
-    starts: Mapping[str, tuple[float, float, float]]
+    starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     control: bool = False
+    taken: str = ""
 
 
 def graph(diagram: Diagram, live: Live | None = None) -> str:

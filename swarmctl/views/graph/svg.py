@@ -67,9 +67,8 @@ def picture(diagram: Diagram) -> Element:
         kinds.add("bridge")
         _flow(image, edge, _title_of(places.islands[edge.start]), _title_of(places.islands[edge.end]))
     width = places.size.width
-    height = _legend(
-        image, kinds, places.size, f"{len(flows)} commands and data are not drawn" if many else ""
-    )
+    note = f"{len(flows)} commands and data; the page (--format html) draws those of what is selected"
+    height = _legend(image, kinds, places.size, note if many else "")
     image.set("viewBox", f"0 0 {width:g} {height:g}")
     image.set("width", f"{width:g}")
     image.set("height", f"{height:g}")

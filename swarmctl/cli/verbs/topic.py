@@ -1,0 +1,168 @@
+"""``swarmctl topic``: ROS's own tools for topics, on a host of the island that has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from swarmctl.cli import console, exit_codes, next_command, options
+
+if TYPE_CHECKING:
+    from swarmctl.remote.host_commands import Ran
+    from swarmctl.remote.transport import HostError
+    from swarmctl.render.topic_tool import Listed
+
+topic = typer.Typer(
+    name="topic", no_args_is_help=True,
+    help="List, show, measure and publish topics, with ROS's own tools on the hosts.",
+)  # fmt: skip
+
+_CODES = exit_codes.epilog(exit_codes.HOSTS_FAILED, exit_codes.HOSTS_UNREACHABLE)
+Topic = Annotated[str, typer.Argument(metavar="TOPIC", help="Its full name, such as /k3/odom.")]
+IslandName = Annotated[
+    str,
+    typer.Option(
+        "--island", metavar="NAME", help="The island, if the topic is in no robot's namespace."
+    ),
+]  # fmt: skip
+HostName = Annotated[
+    str, typer.Option("--host", metavar="HOST", help="This host of the island instead of its hub.")
+]
+
+
+@topic.command("list", epilog=_CODES)
+def list_(
+    spec: options.Spec,
+    overlays: options.Overlays = None,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+    json: options.Json = False,
+) -> None:
+    """List the topics of all islands, with their types and how many nodes publish and subscribe."""
+    from swarmctl.cli.ssh_targets import transport
+    from swarmctl.cli.topic_host import error_of
+    from swarmctl.remote import host_commands
+    from swarmctl.remote.parallel_hosts import Finished, Skipped
+    from swarmctl.render.middleware import middleware_of
+    from swarmctl.render.topic_tool import listed
+    from swarmctl.views import topics as view
+
+    swarm = console.read_spec(spec)
+    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    middleware, names = middleware_of(swarm.distro), {one.hub: one.name for one in swarm.islands}
+    line = middleware.topic_tool.line(swarm.name, middleware.topic_tool.list())
+    outcomes: dict[str, Ran] = {}
+    for event in host_commands.run(
+        [targets[hub] for hub in names], line, transport(become=False), parallel=options.PARALLEL
+    ):
+        if isinstance(event, Finished | Skipped):
+            outcomes[event.host] = host_commands.ran(event)
+    errors = {
+        names[hub]: error for hub in names if (error := error_of(outcomes[hub], swarm.name, middleware))
+    }
+    found = {
+        name: tuple(listed(outcomes[hub].stdout.decode("utf-8", "replace")))
+        for hub, name in names.items()
+        if name not in errors
+    }
+    if json:
+        console.print_json({"v": 1, "swarm": swarm.name, **_document(found, errors)})
+    elif found:
+        console.out().print(view.table(found))
+    complete = next_command.completing(spec, next_command.where(lab=lab, lab_name=lab_name))
+    for error in errors.values():
+        console.show(f"{error.kind.value}: {error.message}", error=True)
+        if error.hint:
+            console.show(f"  help: {complete(error.hint)}", error=True)
+    if errors:
+        reached = any(error.reached for error in errors.values())
+        raise typer.Exit(exit_codes.HOSTS_FAILED if reached else exit_codes.HOSTS_UNREACHABLE)
+
+
+@topic.command(epilog=_CODES)
+def echo(
+    spec: options.Spec,
+    topic: Topic,
+    overlays: options.Overlays = None,
+    messages: Annotated[
+        int | None, typer.Option("-n", min=1, metavar="N", help="End after N messages.")
+    ] = None,
+    island: IslandName = "",
+    host: HostName = "",
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+) -> None:
+    """Print the messages of a topic as they come, until Ctrl-C."""
+    from swarmctl.cli.topic_host import TopicHost
+
+    run = TopicHost(spec, topic, island, host)
+    run.exit(run.middleware.topic_tool.echo(run.topic), lab=lab, lab_name=lab_name, messages=messages)
+
+
+@topic.command(epilog=_CODES)
+def hz(
+    spec: options.Spec,
+    topic: Topic,
+    overlays: options.Overlays = None,
+    island: IslandName = "",
+    host: HostName = "",
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+) -> None:
+    """Print every second at which rate the messages of a topic arrive on the host, until Ctrl-C."""
+    from swarmctl.cli.topic_host import TopicHost
+
+    run = TopicHost(spec, topic, island, host)
+    run.exit(run.middleware.topic_tool.hz(run.topic), lab=lab, lab_name=lab_name)
+
+
+@topic.command(epilog=_CODES)
+def pub(
+    spec: options.Spec,
+    topic: Topic,
+    kind: Annotated[
+        str, typer.Argument(metavar="TYPE", help="The message type, such as geometry_msgs/Twist.")
+    ],
+    values: Annotated[str, typer.Argument(metavar="YAML", help="The message, such as '{linear: {x: 0.1}}'.")],
+    overlays: options.Overlays = None,
+    rate: Annotated[
+        float | None, typer.Option("--rate", metavar="HZ", min=0.01, help="Messages per second.")
+    ] = None,
+    once: Annotated[bool, typer.Option("--once", help="One message, then end.")] = False,
+    island: IslandName = "",
+    host: HostName = "",
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+) -> None:
+    """Publish messages, until Ctrl-C; without --rate or --once as ROS's own tool does.
+
+    A robot obeys its commanders only. Whether the host may command it is printed before.
+    """
+    from swarmctl.cli.topic_host import TopicHost
+
+    if rate is not None and once:
+        console.fail("--rate and --once exclude each other", code=exit_codes.USAGE)
+    run = TopicHost(spec, topic, island, host)
+    run.say_who_commands()
+    named = run.middleware.type_name(kind)
+    words = run.middleware.topic_tool.pub(run.topic, named, values, rate=rate, once=once)
+    run.exit(words, lab=lab, lab_name=lab_name)
+
+
+def _document(found: Mapping[str, Sequence[Listed]], errors: Mapping[str, HostError]) -> dict[str, Any]:
+    """What ``list --json`` prints: the topics by island, and the error of each island that has none."""
+    topics: dict[str, list[dict[str, Any]]] = {}
+    for island, listed in found.items():
+        for one in listed:
+            entry = {"island": island, **asdict(one)}
+            topics.setdefault(entry.pop("topic"), []).append(entry)
+    return {
+        "topics": [{"topic": name, "islands": topics[name]} for name in sorted(topics)],
+        "errors": [
+            {"island": island, "kind": one.kind.value, "message": one.message, "hint": one.hint}
+            for island, one in errors.items()
+        ],
+    }

@@ -1,0 +1,38 @@
+"""The command line of `swarmctl ui`, where it does not come to a page."""
+
+from __future__ import annotations
+
+import importlib.util
+import socket
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli import exit_codes
+from swarmctl.cli.app import run
+from swarmctl.cli.verbs import ui
+
+
+def test_a_missing_library_is_named(
+    leader_spec: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def find_spec(name: str) -> object:
+        return None if name == "uvicorn" else importlib.util.find_spec(name)
+
+    monkeypatch.setattr(ui, "find_spec", find_spec)
+    assert run(["ui", str(leader_spec)]) == exit_codes.USAGE
+    assert "pip install 'swarmctl[ui]'" in capsys.readouterr().err
+
+
+def test_an_archive_is_not_controlled(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["ui", "--from", str(tmp_path / "a.tar.gz"), "--control"]) == exit_codes.USAGE
+    assert "connects to no host" in capsys.readouterr().err
+    assert run(["ui", "--from", str(tmp_path / "a.tar.gz")]) == exit_codes.ERROR
+    assert "does not exist" in capsys.readouterr().err
+
+
+def test_a_port_in_use_is_one_line(leader_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        assert run(["ui", str(leader_spec), "--port", port]) == exit_codes.ERROR
+    assert capsys.readouterr().err.startswith(f"error: --port {port}: Address already in use\n")
