@@ -76,6 +76,10 @@ FITTING: dict[str, Any] = {
     "start": {"deployed": True, "released": ["k3"]},
     "restart": {"deployed": True, "restarted": ["k3.service"]},
     "motion": {"in_use": {"k3": {"why": "is not confirmed to stand by its wheels", "commander": ""}}},
+    "telemetry": {"sent": 5},
+    "costs": {
+        "clock": 1.0, "units": {"k3.service": {"cpu": 0.5, "memory": 50_000_000, "processes": 1}},
+    },
     "hold": {"units": {"koala.service": UNIT}},
     "confirm": {"release": RELEASE.digest},
     "undo": {"release": None},

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from xml.etree.ElementTree import tostring
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
 
 from swarmctl.analysis.diagram import Diagram
 from swarmctl.resources import templates
@@ -40,10 +39,10 @@ def graph(diagram: Diagram, live: Live | None = None) -> str:
         live=live,
         style=_inline("graph.css", "page.css", *(["uplot/uPlot.min.css"] if live else [])),
         script=_inline("graph.js", *(_SCRIPTS if live else [])),
-        picture=Markup(tostring(svg.picture(diagram), encoding="unicode")),
+        picture=tostring(svg.picture(diagram), encoding="unicode"),
     )
 
 
-def _inline(*names: str) -> Markup:
+def _inline(*names: str) -> str:
     """The contents of shipped files, which hold nothing that ends a script or a style."""
-    return Markup("\n".join((_FOLDER / name).read_text("utf-8") for name in names))
+    return "\n".join((_FOLDER / name).read_text("utf-8") for name in names)
