@@ -97,6 +97,14 @@ _LIMIT: Any = {
     "help": "Only these hosts, or those of these robots: pi-*, @group, type:epuck2, !k3 (repeatable).",
 }
 Limit = Annotated[list[str] | None, typer.Option("--limit", **_LIMIT)]
+Selection = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="SELECTION",
+        help="Only these robots, programs, hosts: k3, program:map, pi-*, @group, !k3.",
+        autocompletion=_offered,
+    ),
+]
 HostOrLimit = Annotated[list[str] | None, typer.Option("--host", "--limit", **_LIMIT)]
 PARALLEL = 64  # hosts at the same time
 PARALLEL_URGENT = 256  # of `stop` and its like

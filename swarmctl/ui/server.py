@@ -87,8 +87,9 @@ class Pages:
 
 
 async def _send_all(page: WebSocket, queue: asyncio.Queue[str]) -> None:
-    while True:
-        await page.send_text(await queue.get())
+    with suppress(WebSocketDisconnect, RuntimeError):  # the page has closed meanwhile
+        while True:
+            await page.send_text(await queue.get())
 
 
 @contextmanager

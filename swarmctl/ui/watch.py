@@ -155,6 +155,7 @@ class Watch:
             while not stop.requested:
                 agent.request(host.telemetry, on_note=partial(self._note, host), timeout=_TURN + _OVERDUE)
         host.reported = None
+        host.news.set()  # a look shows at once whether the connection is lost
 
     def _note(self, host: _Watched, text: str) -> None:
         host.reported = time.monotonic()

@@ -76,6 +76,7 @@ def hosts(monkeypatch: pytest.MonkeyPatch) -> Hosts:
     monkeypatch.setattr(agent_client, "agent_session", agent_session)
     monkeypatch.setattr(watching, "answer_of", lambda data, received: Answer())
     monkeypatch.setattr(watching, "_AGAIN", 0.01)
+    monkeypatch.setattr(watching, "_PAUSE", 1e6)
     return Hosts()
 
 
@@ -174,5 +175,6 @@ def test_what_a_host_sends_is_checked(hosts: Hosts) -> None:
         hosts.hosts["k3-pi"].notes += [{"robots": 7}, WELL]
         hosts.hosts["epuck-pi"].notes.append(WELL)
         wait_for(lambda: len(notes) == 1)
+        wait_for(lambda: hosts.hosts["k3-pi"].looks == 2)
         assert outcomes(watch)["k3-pi"] == Answer()
     assert notes == [WELL]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import complete, console, exit_codes, options, selected
+from swarmctl.cli import console, exit_codes, options, selected
 
 if TYPE_CHECKING:
     from swarmctl.health.host_logs import HostLog, Question
@@ -38,14 +38,7 @@ class Level(str, Enum):
 
 def logs(
     spec: options.Spec,
-    selection: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="SELECTION",
-            help="Only these robots, programs, hosts: k3, program:map, pi-*, @group, !k3.",
-            autocompletion=complete.selections,
-        ),
-    ] = None,
+    selection: options.Selection = None,
     overlays: options.LongOverlays = None,
     follow: Annotated[bool, typer.Option("--follow", "-f", help="Go on until Ctrl-C.")] = False,
     since: Annotated[

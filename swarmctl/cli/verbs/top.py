@@ -8,19 +8,12 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import complete, console, exit_codes, options, selected
+from swarmctl.cli import console, exit_codes, options, selected
 
 
 def top(
     spec: options.Spec,
-    selection: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="SELECTION",
-            help="Only these robots, programs, hosts: k3, program:map, pi-*, @group, !k3.",
-            autocompletion=complete.selections,
-        ),
-    ] = None,
+    selection: options.Selection = None,
     overlays: options.Overlays = None,
     every: Annotated[float, typer.Option(min=0.5, metavar="SECONDS", help="What is averaged over.")] = 2.0,
     lab: options.Lab = False,
