@@ -185,7 +185,7 @@ def _entry(result: Result) -> dict[str, Any]:
     from swarmctl.remote.transport import HostError
 
     if isinstance(result, HostError):
-        return {"error": {"kind": result.kind.value, "message": result.message, "hint": result.hint}}
+        return {"error": result.to_json()}
     if isinstance(result, Outcome):
         return {"changed": result.changed, "plan": result.plan.to_json(), "units": dict(result.units)}
     steps = {"steps": [step.to_json() for step in result.steps]} if isinstance(result, Prepared) else {}

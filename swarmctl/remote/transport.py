@@ -53,6 +53,10 @@ class HostError(Exception):
         """True if the host itself answered."""
         return self.kind is not Kind.UNREACHABLE
 
+    def to_json(self) -> dict[str, str]:
+        """What every verb prints of it with ``--json``."""
+        return {"kind": self.kind.value, "message": self.message, "hint": self.hint}
+
     def __str__(self) -> str:
         return self.message
 

@@ -114,13 +114,12 @@ def exit_code(results: Sequence[Ran]) -> int:
 
 
 def _entry(one: Ran) -> dict[str, object]:
-    error = one.error
     return {
         "host": one.host,
         "status": one.status,
         "stdout": one.stdout.decode("utf-8", "replace"),
         "stderr": one.stderr.decode("utf-8", "replace"),
-        "error": error and {"kind": error.kind.value, "message": error.message, "hint": error.hint},
+        "error": one.error and one.error.to_json(),
     }
 
 

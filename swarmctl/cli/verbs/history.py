@@ -33,7 +33,7 @@ def history(
     errors = {name: one for name, one in found.items() if isinstance(one, HostError)}
     listed = runs({name: one for name, one in found.items() if not isinstance(one, HostError)})
     if json:
-        hosts = {name: {"kind": one.kind.value, "message": str(one)} for name, one in errors.items()}
+        hosts = {name: one.to_json() for name, one in errors.items()}
         document = {"v": 1, "swarm": swarm.name, "runs": [run.to_json() for run in listed], "errors": hosts}
         console.print_json(document)
     else:

@@ -37,10 +37,7 @@ def restart(
     done = {host: one["restarted"] for host, one in results.items() if not isinstance(one, HostError)}
     missing = [host for host, units in done.items() if not units and robots]
     if json:
-        failed = [
-            {"host": host, "kind": one.kind.value, "message": one.message, "hint": one.hint}
-            for host, one in errors.items()
-        ]
+        failed = [{"host": host, **one.to_json()} for host, one in errors.items()]
         console.print_json({"v": 1, "swarm": reach.name, "restarted": done, "errors": failed})
     else:
         for host, units in done.items():

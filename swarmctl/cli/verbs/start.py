@@ -38,17 +38,8 @@ def start(
         name for one in results.values() if not isinstance(one, HostError) for name in one["released"]
     ]
     if json:
-        console.print_json(
-            {
-                "v": 1,
-                "swarm": reach.name,
-                "released": sorted(released),
-                "errors": [
-                    {"host": host, "kind": one.kind.value, "message": one.message, "hint": one.hint}
-                    for host, one in errors.items()
-                ],
-            }
-        )
+        failed = [{"host": host, **one.to_json()} for host, one in errors.items()]
+        console.print_json({"v": 1, "swarm": reach.name, "released": sorted(released), "errors": failed})
     else:
         for name in sorted(released):
             console.show(f"{name}  released: it stands until its next command")

@@ -43,10 +43,7 @@ def top(
     costs.wait_for_all()
     units, errors = chosen(costs.latest(), parts)
     if json:
-        failed = [
-            {"host": host, "kind": one.kind.value, "message": one.message, "hint": one.hint}
-            for host, one in errors.items()
-        ]
+        failed = [{"host": host, **one.to_json()} for host, one in errors.items()]
         console.print_json({"v": 1, "units": [dataclasses.asdict(one) for one in units], "errors": failed})
     else:
         console.out().print(view.table(units, errors))

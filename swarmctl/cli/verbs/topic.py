@@ -161,8 +161,5 @@ def _document(found: Mapping[str, Sequence[Listed]], errors: Mapping[str, HostEr
             topics.setdefault(entry.pop("topic"), []).append(entry)
     return {
         "topics": [{"topic": name, "islands": topics[name]} for name in sorted(topics)],
-        "errors": [
-            {"island": island, "kind": one.kind.value, "message": one.message, "hint": one.hint}
-            for island, one in errors.items()
-        ],
+        "errors": [{"island": island, **one.to_json()} for island, one in errors.items()],
     }
