@@ -10,6 +10,7 @@ from swarm_onboard.agent.cost_messages import CostsAnswer
 
 from swarmctl.health.unit_costs import UnitCost, between
 from swarmctl.remote import agent_client
+from swarmctl.remote.parallel_hosts import bugs_as_errors
 from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
 
 _AGAIN = 1.0  # s until a host that failed is connected to again
@@ -39,6 +40,7 @@ class HostCosts:
         while True:
             try:
                 with (
+                    bugs_as_errors(target.host),
                     self._transport.connect(target) as session,
                     agent_client.agent_session(session, verbs=("costs",)) as agent,
                 ):

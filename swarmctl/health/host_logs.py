@@ -14,7 +14,7 @@ from swarm_onboard.agent.log_messages import LogsAnswer, LogsRequest
 
 from swarmctl.health.log_entries import Entry, entry_of
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.parallel_hosts import Event
+from swarmctl.remote.parallel_hosts import Event, bugs_as_errors
 from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
 
 VERBS = ("logs",)
@@ -158,6 +158,7 @@ def followed(
     def work(target: Target) -> None:
         def connected(use: Callable[[AgentSession], None]) -> None:
             with (
+                bugs_as_errors(target.host),
                 transport.connect(target) as session,
                 agent_client.agent_session(session, verbs=VERBS) as agent,
             ):

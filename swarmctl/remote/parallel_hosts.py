@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import time
+import traceback
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -36,18 +38,11 @@ class Note:
 
 
 @dataclass(frozen=True)
-class Bug:
-    """The work raised something other than a ``HostError``."""
-
-    error: BaseException
-
-
-@dataclass(frozen=True)
 class Finished(Generic[R_co]):
     """The work on a host ended, after ``seconds``, with a result or an error."""
 
     host: str
-    outcome: R_co | HostError | Bug
+    outcome: R_co | HostError
     seconds: float
 
 
@@ -69,17 +64,27 @@ _ABANDONED = HostError(
 
 
 def result_of(event: Finished[R] | Skipped) -> R | HostError:
-    """Returns the result of a host, or its error; a bug and a start that never happened are errors, too."""
+    """Returns the result of a host, or its error; a start that never happened is one, too."""
     if isinstance(event, Skipped):
         return HostError(Kind.STOPPED, f"{event.host}: not started, the run was interrupted before")
-    if isinstance(event.outcome, Bug):
-        error = event.outcome.error
-        return HostError(
-            Kind.BUG,
-            f"{event.host}: {type(error).__name__}: {error}",
-            "this is a bug in swarmctl; SWARMCTL_DEBUG=1 shows where it happened",
-        )
     return event.outcome
+
+
+@contextmanager
+def bugs_as_errors(where: str) -> Iterator[None]:
+    """Raises a ``HostError`` in place of any other exception: a bug in a thread costs its host only.
+
+    With SWARMCTL_DEBUG the traceback goes to stderr.
+    """
+    try:
+        yield
+    except HostError:
+        raise
+    except (Exception, SystemExit) as error:
+        if os.environ.get("SWARMCTL_DEBUG"):
+            traceback.print_exc()
+        message = f"{where}: {type(error).__name__}: {error}; this is a bug in swarmctl"
+        raise HostError(Kind.BUG, message, "SWARMCTL_DEBUG=1 shows where it happened") from error
 
 
 class Stop:
@@ -217,11 +222,10 @@ def _run_on(
         return
     emit(Started(host))
     begun = time.monotonic()
-    outcome: R | HostError | Bug
+    outcome: R | HostError
     try:
-        outcome = work(target, lambda text: emit(Note(host, text)))
+        with bugs_as_errors(host):
+            outcome = work(target, lambda text: emit(Note(host, text)))
     except HostError as error:
-        outcome = _ABANDONED if stop.cut else error
-    except (Exception, SystemExit) as error:  # noqa: BLE001  (one host's bug costs only its own result)
-        outcome = Bug(error)
+        outcome = _ABANDONED if stop.cut and error.kind is not Kind.BUG else error
     emit(Finished(host, outcome, time.monotonic() - begun))

@@ -9,7 +9,6 @@ import json
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -23,7 +22,7 @@ from swarmctl.health.observations import Answer
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import request
 from swarmctl.remote import agent_client
-from swarmctl.remote.parallel_hosts import Stop
+from swarmctl.remote.parallel_hosts import Stop, bugs_as_errors
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
 WINDOW = 0.5  # s of listening to a topic, unless it is slow
@@ -115,26 +114,29 @@ class Watch:
     def _watch(self, host: _Watched, stop: Stop) -> None:
         while not stop.requested:
             try:
-                self._connected(host, stop)
+                with bugs_as_errors(host.name):
+                    self._connected(host, stop)
             except HostError as error:
                 self._take(host, error, stop)
             time.sleep(_AGAIN)
 
     def _connected(self, host: _Watched, stop: Stop) -> None:
         """Looks over one connection until it ends. Raises ``HostError``."""
-        host.reported = None
+        host.reported, host.bug = None, None
         with (
             self._transport.connect(host.target) as session,
             stop.guarding(session),
             agent_client.agent_session(session, verbs=("probe",), module=host.probe) as agent,
         ):
-            if host.robots:
-                threading.Thread(target=self._follow, args=(host, session, stop), daemon=True).start()
             host.session = session
             try:
+                if host.robots:
+                    threading.Thread(target=self._follow, args=(host, session, stop), daemon=True).start()
                 while not stop.requested:
                     host.news.clear()
                     data = agent.request(host.request, timeout=_PATIENCE)
+                    if host.bug is not None:
+                        raise host.bug
                     self._take(host, answer_of(data, received=time.time()), stop)
                     host.news.wait(_PAUSE)
             finally:
@@ -151,9 +153,16 @@ class Watch:
 
     def _follow(self, host: _Watched, session: Session, stop: Stop) -> None:
         """Passes on how the robots of a host move, as long as its connection lasts."""
-        with suppress(HostError), agent_client.agent_session(session, verbs=("telemetry",)) as agent:
-            while not stop.requested:
-                agent.request(host.telemetry, on_note=partial(self._note, host), timeout=_TURN + _OVERDUE)
+        try:
+            with (
+                bugs_as_errors(host.name),
+                agent_client.agent_session(session, verbs=("telemetry",)) as agent,
+            ):
+                while not stop.requested:
+                    agent.request(host.telemetry, on_note=partial(self._note, host), timeout=_TURN + _OVERDUE)
+        except HostError as error:
+            if error.kind is Kind.BUG and host.session is session:
+                host.bug = error
         host.reported = None
         host.news.set()  # a look shows at once whether the connection is lost
 
@@ -185,6 +194,7 @@ class _Watched:
         }
         self.news = threading.Event()
         self.session: Session | None = None  # while it is connected
+        self.bug: HostError | None = None  # in the thread that passes on motion
         self.reported: float | None = None  # when the connection last brought a message on motion
         self._state: object = None
 

@@ -11,7 +11,8 @@ import pytest
 
 from swarmctl.health import host_logs
 from swarmctl.health.host_logs import HostLog, HostReader, Question
-from swarmctl.remote.transport import AgentSession, HostError, Kind
+from swarmctl.remote.transport import AgentSession, HostError, Kind, Target
+from tests.timing import PATIENCE
 
 NOW, AHEAD = 1_000_000.0, 3600.0  # s
 QUESTION = Question("s", {"pi": ["k3"]}, 200, NOW - 10)
@@ -124,3 +125,13 @@ def test_a_note_that_is_no_log_is_an_error(note: str) -> None:
     shown, _ = followed(Wrong(), 1)
     assert isinstance(shown[-1], HostError)
     assert shown[-1].kind is Kind.PROTOCOL
+
+
+def test_a_bug_is_an_error_of_its_host() -> None:
+    class Broken:
+        def connect(self, target: Target) -> Any:
+            raise KeyError("x")
+
+    found = host_logs.followed(QUESTION, [Target("pi", "192.0.2.1", "robot")], Broken())  # type: ignore[arg-type]
+    host, error = found.get(timeout=PATIENCE)
+    assert (host, str(error)) == ("pi", "pi: KeyError: 'x'; this is a bug in swarmctl")

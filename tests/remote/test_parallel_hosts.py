@@ -14,7 +14,6 @@ import pytest
 
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.parallel_hosts import (
-    Bug,
     Finished,
     Note,
     Skipped,
@@ -104,18 +103,29 @@ def test_a_dead_host_and_a_bug_cost_only_themselves() -> None:
 
     assert (ended["a"], ended["b"]) == (b"a", b"b")
     assert ended["dead1"] == HostError(Kind.UNREACHABLE, "dead1 is dead")
-    assert isinstance(ended["buggy"], Bug)
-    assert isinstance(ended["buggy"].error, KeyError)
-    assert isinstance(ended["quitter"], Bug)
+    assert str(ended["buggy"]) == "buggy: KeyError: 'x'; this is a bug in swarmctl"
+    assert isinstance(ended["quitter"], HostError)
+    assert ended["quitter"].kind is Kind.BUG
 
 
-def test_bugs_and_skipped_hosts_are_errors_of_the_host() -> None:
+def test_a_skipped_host_is_an_error_of_the_host() -> None:
     assert parallel_hosts.result_of(Finished("a", 7, 0.1)) == 7
-    bug = parallel_hosts.result_of(Finished("a", Bug(KeyError("x")), 0.1))
     skipped = parallel_hosts.result_of(Skipped("a"))
-    assert isinstance(bug, HostError)
     assert isinstance(skipped, HostError)
-    assert (bug.kind, skipped.kind) == (Kind.BUG, Kind.STOPPED)
+    assert skipped.kind is Kind.STOPPED
+
+
+def test_the_traceback_of_a_bug_is_for_debugging(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def traceback() -> str:
+        with pytest.raises(HostError), parallel_hosts.bugs_as_errors("a"):
+            raise KeyError("x")
+        return capsys.readouterr().err
+
+    assert traceback() == ""
+    monkeypatch.setenv("SWARMCTL_DEBUG", "1")
+    assert traceback().startswith("Traceback")
 
 
 def test_no_more_than_so_many_at_once() -> None:

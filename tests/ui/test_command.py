@@ -5,12 +5,17 @@ from __future__ import annotations
 import importlib.util
 import socket
 from pathlib import Path
+from queue import SimpleQueue
+from typing import Any, NoReturn
 
 import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.cli.verbs import ui
+from swarmctl.remote.transport import HostError, Kind
+from swarmctl.ui.server import Pages
+from tests.timing import PATIENCE
 
 
 def test_a_missing_library_is_named(
@@ -36,3 +41,23 @@ def test_a_port_in_use_is_one_line(leader_spec: Path, capsys: pytest.CaptureFixt
         port = str(other.getsockname()[1])
         assert run(["ui", str(leader_spec), "--port", port]) == exit_codes.ERROR
     assert capsys.readouterr().err.startswith(f"error: --port {port}: Address already in use\n")
+
+
+def test_a_request_that_fails_says_so_on_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*_: object) -> NoReturn:
+        raise HostError(Kind.LOST, "k3-pi is not connected")
+
+    def boom(*_: object) -> NoReturn:
+        raise KeyError("x")
+
+    pages, sent = Pages(), SimpleQueue[Any]()
+    monkeypatch.setattr(pages, "send", lambda *message: sent.put(message))
+    ui._answer(pages, lost, boom)
+    pages.requests.put(("log", ["robot:k3"]))
+    trouble = {"node": "robot:k3", "lines": [], "trouble": "k3-pi is not connected"}
+    assert sent.get(timeout=PATIENCE) == ("log", trouble)
+    pages.requests.put(("stop", ["k3"]))
+    assert sent.get(timeout=PATIENCE) == (
+        "result",
+        {"text": "stop: KeyError: 'x'; this is a bug in swarmctl"},
+    )

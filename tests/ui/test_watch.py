@@ -178,3 +178,21 @@ def test_what_a_host_sends_is_checked(hosts: Hosts) -> None:
         wait_for(lambda: hosts.hosts["k3-pi"].looks == 2)
         assert outcomes(watch)["k3-pi"] == Answer()
     assert notes == [WELL]
+
+
+@pytest.mark.parametrize("where", ["look", "motion"])
+def test_a_bug_is_an_error_of_its_host(hosts: Hosts, monkeypatch: pytest.MonkeyPatch, where: str) -> None:
+    def boom(*_: object) -> None:
+        raise KeyError("x")
+
+    k3 = hosts.hosts["k3-pi"]
+    with watched(hosts, []) as watch:
+        outcomes(watch)
+        if where == "look":
+            k3.answers = boom
+            k3.notes += [WELL, WELL | {"units": []}]
+        else:
+            monkeypatch.setattr(watching._Watched, "is_news", boom)
+            k3.notes.append(WELL)
+        wait_for(lambda: str(outcomes(watch)["k3-pi"]) == "k3-pi: KeyError: 'x'; this is a bug in swarmctl")
+        assert outcomes(watch)["epuck-pi"] == Answer()

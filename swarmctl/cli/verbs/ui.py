@@ -133,13 +133,22 @@ def _answer(
     do: Callable[[str, list[str]], Iterable[str]],
 ) -> None:
     """Does what pages ask for, each in a thread of its own: a stop waits for nothing."""
+    from swarmctl.remote.parallel_hosts import bugs_as_errors
+    from swarmctl.remote.transport import HostError
 
     def answer(action: str, names: list[str]) -> None:
-        if action == "log":
-            pages.send("log", log(names))
-            return
-        for line in do(action, names):
-            pages.send("result", {"text": line})
+        try:
+            with bugs_as_errors(action):
+                if action == "log":
+                    pages.send("log", log(names))
+                    return
+                for line in do(action, names):
+                    pages.send("result", {"text": line})
+        except HostError as error:
+            if action == "log":
+                pages.send("log", {"node": "".join(names), "lines": [], "trouble": str(error)})
+            else:
+                pages.send("result", {"text": str(error)})
 
     def take() -> None:
         while True:
@@ -149,8 +158,10 @@ def _answer(
 
 
 def _log(graph: ExpectedGraph, watch: Watch, names: list[str]) -> dict[str, Any]:
-    """The last entries of a robot, a program or a host, ``robot:k3``, as the page gets them."""
-    from swarmctl.remote.transport import HostError
+    """The last entries of a robot, a program or a host, ``robot:k3``, as the page gets them.
+
+    Raises ``HostError``.
+    """
     from swarmctl.ui import messages
 
     node = names[0]
@@ -159,8 +170,5 @@ def _log(graph: ExpectedGraph, watch: Watch, names: list[str]) -> dict[str, Any]
         parts |= {f"program:{one.name}": [one.name] for one in host.programs}
         parts[f"host:{host.name}"] = []
         if node in parts:
-            try:
-                return messages.log(node, watch.log(host.name, parts[node]))
-            except HostError as error:
-                return {"node": node, "lines": [], "trouble": str(error)}
+            return messages.log(node, watch.log(host.name, parts[node]))
     return {"node": node, "lines": [], "trouble": "no host has its log"}
