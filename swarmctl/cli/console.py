@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from enum import Enum
 from functools import cache
@@ -155,6 +155,15 @@ def fail(message: str, *help_lines: str, code: int = exit_codes.ERROR) -> NoRetu
         else:
             show(text, error=True)
     raise typer.Exit(code)
+
+
+@contextmanager
+def until_ctrl_c() -> Iterator[None]:
+    """Ctrl-C is the normal end of what goes on in here: exit code 0."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise typer.Exit(exit_codes.OK) from None
 
 
 def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:

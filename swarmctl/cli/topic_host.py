@@ -70,11 +70,8 @@ class TopicHost:
         target = options.targets(self._spec, self._swarm, lab=lab, lab_name=lab_name)[self._host]
         line = self.middleware.topic_tool.line(self._swarm.name, words)
         events = host_commands.run([target], line, transport(become=False), parallel=1, follow=True)
-        try:
-            with closing(events):
-                ended = _printed(events, messages)
-        except KeyboardInterrupt:
-            raise typer.Exit(exit_codes.OK) from None
+        with console.until_ctrl_c(), closing(events):
+            ended = _printed(events, messages)
         if ended is None:
             raise typer.Exit(exit_codes.OK)
         if error := lack_of(ended, self._swarm.name, self.middleware):

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Page, expect
 
+from swarmctl.cli import exit_codes
 from swarmctl.lab import lab
 from tests import ROOT
 from tests.e2e.lab_swarm import LEADER, LabSwarm, moves, until
@@ -38,6 +39,7 @@ def page(swarm: LabSwarm) -> Iterator[Page]:
             process.send_signal(signal.SIGINT)
             _, complaints = process.communicate(timeout=PATIENCE)
             assert "Traceback" not in complaints
+            assert process.returncode == exit_codes.OK
 
 
 def shown(page: Page, robot: str, state: str | re.Pattern[str]) -> None:

@@ -6,6 +6,7 @@ import importlib.util
 import socket
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Event
 from typing import Any, NoReturn
 
 import pytest
@@ -14,6 +15,7 @@ from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.cli.verbs import ui
 from swarmctl.remote.transport import HostError, Kind
+from swarmctl.ui import server
 from swarmctl.ui.server import Pages
 from tests.timing import PATIENCE
 
@@ -61,3 +63,21 @@ def test_a_request_that_fails_says_so_on_the_page(monkeypatch: pytest.MonkeyPatc
         "result",
         {"text": "stop: KeyError: 'x'; this is a bug in swarmctl"},
     )
+
+
+def test_ctrl_c_is_the_normal_end(
+    leader_spec: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class NobodyComes(Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            raise KeyboardInterrupt
+
+    class Empty(Pages):
+        def __init__(self, *allowed: Any) -> None:
+            super().__init__(*allowed)
+            self.opened = NobodyComes()
+
+    monkeypatch.setenv("HOME", str(leader_spec.parent))
+    monkeypatch.setattr(server, "Pages", Empty)
+    assert run(["ui", str(leader_spec)]) == exit_codes.OK
+    assert capsys.readouterr().out.startswith("http://127.0.0.1:")

@@ -51,10 +51,11 @@ def exporter(
             spec, limit, transport, lab=lab, lab_name=lab_name, window=window, parallel=parallel
         )
         console.err().print(f"serving http://{listen}/metrics, a look every {every:g} s; Ctrl-C ends it")
-        while True:
-            due = time.monotonic() + every
-            last.look = looking()
-            time.sleep(max(0.0, due - time.monotonic()))
+        with console.until_ctrl_c():
+            while True:
+                due = time.monotonic() + every
+                last.look = looking()
+                time.sleep(max(0.0, due - time.monotonic()))
 
 
 @contextmanager

@@ -171,7 +171,7 @@ def _follow(question: Question, targets: list[Target], output: _Output) -> None:
 
     merge, silent = Merge(), {target.host for target in targets}
     first = time.monotonic() + _FIRST
-    try:
+    with console.until_ctrl_c():  # amid a line of many, perhaps: what follows would have a gap before it
         waiting = followed(question, targets, transport())
         while not (streams.has_failed() or output.is_final(question.parts)):
             try:
@@ -189,5 +189,3 @@ def _follow(question: Question, targets: list[Target], output: _Output) -> None:
             if not silent or time.monotonic() > first:
                 output.entries(merge.due(time.monotonic()))
         output.entries(merge.rest())
-    except KeyboardInterrupt:  # amid a line of many, perhaps: what follows would have a gap before it
-        raise typer.Exit(exit_codes.OK) from None

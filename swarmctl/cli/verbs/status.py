@@ -184,12 +184,13 @@ def _watch(
         return view.status(seen, details=details, width=console.columns(), complete=complete)
 
     def rounds(show: Callable[[Status], None]) -> NoReturn:
-        while True:
-            due = time.monotonic() + every
-            look = looking()
-            show(look.status)
-            _write_metrics(look, metrics)
-            time.sleep(max(0.0, due - time.monotonic()))
+        with console.until_ctrl_c():
+            while True:
+                due = time.monotonic() + every
+                look = looking()
+                show(look.status)
+                _write_metrics(look, metrics)
+                time.sleep(max(0.0, due - time.monotonic()))
 
     if json:
         rounds(lambda seen: print(json_format.dumps(seen.to_json()), flush=True))

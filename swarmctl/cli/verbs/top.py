@@ -36,7 +36,7 @@ def top(
     if console.out().is_terminal and not json:
         from rich.live import Live
 
-        with Live(console=console.out(), auto_refresh=False) as live:
+        with console.until_ctrl_c(), Live(console=console.out(), auto_refresh=False) as live:
             while True:
                 live.update(view.table(*chosen(costs.latest(), parts)), refresh=True)
                 time.sleep(every)

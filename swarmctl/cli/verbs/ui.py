@@ -73,18 +73,18 @@ def _show_hosts(spec: SpecFiles, port: int, *, control: bool, lab: bool, lab_nam
         homes = {robot.name: host.name for host in looked.graph.hosts for robot in host.robots}
         robots = Control(looked.swarm.name, homes, targets, connections)
         _answer(pages, partial(_log, looked.graph, watch), robots.do)
-        _print(url)
-        while True:
-            pages.opened.wait()
-            watch.start()
-            try:
-                while pages.opened.is_set():
-                    seen = watch.wait(_SELDOM)
-                    if seen is not None:
-                        pages.send("status", messages.status(looked.status(seen.outcomes), seen.age))
-                        time.sleep(_OFTEN)
-            finally:
-                watch.stop()
+        with _shown(url):
+            while True:
+                pages.opened.wait()
+                watch.start()
+                try:
+                    while pages.opened.is_set():
+                        seen = watch.wait(_SELDOM)
+                        if seen is not None:
+                            pages.send("status", messages.status(looked.status(seen.outcomes), seen.age))
+                            time.sleep(_OFTEN)
+                finally:
+                    watch.stop()
 
 
 def _show_archive(archive: Path, port: int) -> NoReturn:
@@ -102,11 +102,11 @@ def _show_archive(archive: Path, port: int) -> NoReturn:
     taken = datetime.fromtimestamp(look.began).astimezone()
     with _served(page.graph(drawing, page.Live(taken=f"{taken:%Y-%m-%d %H:%M:%S %z}")), pages, port) as url:
         _answer(pages, lambda names: messages.log_of(names[0], entries), lambda action, names: ())
-        _print(url)
-        while True:
-            pages.opened.wait()
-            pages.send("status", messages.status(look.status, 0.0))
-            time.sleep(_SELDOM)
+        with _shown(url):
+            while True:
+                pages.opened.wait()
+                pages.send("status", messages.status(look.status, 0.0))
+                time.sleep(_SELDOM)
 
 
 @contextmanager
@@ -122,9 +122,13 @@ def _served(html: str, pages: Pages, port: int) -> Iterator[str]:
         yield url
 
 
-def _print(url: str) -> None:
-    print(url, flush=True)
-    console.err().print("the page shows the swarm while it is open; Ctrl-C ends this")
+@contextmanager
+def _shown(url: str) -> Iterator[None]:
+    """Prints where the page is, which is there until Ctrl-C."""
+    with console.until_ctrl_c():
+        print(url, flush=True)
+        console.err().print("the page shows the swarm while it is open; Ctrl-C ends this")
+        yield
 
 
 def _answer(
