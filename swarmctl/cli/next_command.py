@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from swarmctl.cli import console
 from swarmctl.cli.spec_args import SpecFiles
+
+if TYPE_CHECKING:
+    from swarmctl.remote.transport import HostError
 
 
 def advise(verb: str, spec: SpecFiles, *more: str) -> None:
     """Print ``next: swarmctl VERB SPEC MORE``. Scripts, which have no terminal as stdout, see nothing."""
     console.show_next(spec.command(verb, *fitting(verb, more)))
+
+
+def advise_doctor(spec: SpecFiles, errors: Mapping[str, HostError], where: Sequence[str]) -> bool:
+    """Advises to examine the first host that cannot be logged in to; returns False without one."""
+    from swarmctl.remote.transport import Kind
+
+    logins = (Kind.UNREACHABLE, Kind.HOST_KEY, Kind.AUTH, Kind.PRIVILEGE)
+    away = next((host for host, error in errors.items() if error.kind in logins), None)
+    if away is not None:
+        advise("doctor", spec, away, *where)
+    return away is not None
 
 
 def fitting(verb: str, where: Sequence[str]) -> list[str]:

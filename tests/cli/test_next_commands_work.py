@@ -22,12 +22,17 @@ from swarmctl.cli.app import app, run
 from swarmctl.deploy import rollout
 from swarmctl.deploy.deployment import Deployment, ObservedHost
 from swarmctl.deploy.outcome import Removed
-from swarmctl.health import collect
+from swarmctl.health import collect, host_logs
+from swarmctl.health.host_logs import HostLog
+from swarmctl.health.log_entries import Entry
 from swarmctl.plan.observed_host import NOTHING
 from swarmctl.plan.plan import HostPlan, Plan, Problem, Step
 from swarmctl.plan.plan import Kind as StepKind
+from swarmctl.remote import host_commands
+from swarmctl.remote.host_commands import Ran
 from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Kind, Target
+from tests import ROOT
 from tests.cli.test_width import Terminal
 from tests.health.swarm_values import HOSTS, all_well, nothing_deployed
 from tests.loading import load_swarm
@@ -39,6 +44,14 @@ LOST = HostError(Kind.LOST, "the connection was lost")
 NEW_KEY = HostError(Kind.HOST_KEY, "has no pinned key", "`swarmctl trust SPEC` shows the keys of new hosts")
 UNFIT = HostError(Kind.UNFIT, "it lacks rospy", "`swarmctl prepare` installs it")
 STEP = Step(StepKind.START, "swarm-newswarm.k3.service", "new")
+
+
+ODOM = b" * /k3/odom [nav_msgs/Odometry] 1 publisher\n"
+
+
+def logged(level: str) -> HostLog:
+    """A log with one entry."""
+    return HostLog([Entry(1.0, "k3-pi", "k3", level, "what was logged")], 0.0, cut=False)
 
 
 class Screen:
@@ -259,6 +272,55 @@ def test_after_a_status(
     assert found == [f"swarmctl {one}" for one in printed], screen.shown
     for line in found:
         check(line)
+
+
+@pytest.mark.usefixtures("hosts")
+@pytest.mark.parametrize(
+    ("outcome", "typed", "printed"),
+    [
+        (AWAY, "exec swarm.yaml all --lab-name b --file night.yaml -- uptime",
+         "doctor {spec} k3-pi --lab-name b"),
+        (LOST, "exec all -- uptime", ""),
+        (AWAY, "exec all --json -- uptime", ""),
+        (AWAY, "exec all -f -- uptime", ""),
+        (Ran("k3-pi", 1), "exec all -- uptime", ""),
+        (AWAY, "topic list swarm.yaml --lab-name b -f night.yaml", "doctor {spec} k3-pi --lab-name b"),
+        (Ran("k3-pi", 0, ODOM), "topic list swarm.yaml --lab-name b -f night.yaml",
+         "topic echo {spec} /k3/odom --lab-name b"),
+        (Ran("k3-pi", 0, ODOM), "topic list", "topic echo /k3/odom"),
+        (Ran("k3-pi", 0, ODOM), "topic list --json", ""),
+        (Ran("k3-pi", 0, ODOM.replace(b"/k3", b"/k3/\x1b[2J")), "topic list", ""),
+        (Ran("k3-pi", 0, ODOM.replace(b"publisher", b"subscriber")), "topic list", ""),
+        (AWAY, "logs swarm.yaml --lab-name b --file night.yaml", "doctor {spec} k3-pi --lab-name b"),
+        (logged("error"), "logs swarm.yaml --lab-name b --file night.yaml", "status {spec} --lab-name b"),
+        (logged("error"), "logs --json", ""),
+        (logged("error"), "logs --grep nothing", ""),
+        (logged("warn"), "logs", ""),
+    ],
+)  # fmt: skip
+def test_after_a_look(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch, outcome: Any, typed: str, printed: str
+) -> None:
+    """``outcome`` is that of k3-pi, the hub of its island; the other hosts have nothing to say."""
+
+    def ended(names: Sequence[str], nothing: Callable[[str], Any]) -> Iterator[Finished[Any]]:
+        for name in names:
+            yield Finished(name, outcome if name == "k3-pi" else nothing(name), 0.1)
+
+    def run_command(targets: Sequence[Target], *_: Any, **__: Any) -> Iterator[Finished[Any]]:
+        return ended([one.host for one in targets], lambda name: Ran(name, 0))
+
+    def read(*_: Any, **__: Any) -> Iterator[Finished[Any]]:
+        return ended(HOSTS, lambda name: HostLog([], 0.0, cut=False))
+
+    monkeypatch.setattr(host_commands, "run", run_command)
+    monkeypatch.setattr(host_logs, "host_logs", read)
+    shutil.copy(ROOT / "examples/paper-4-standalone/swarm.yaml", "swarm.yaml")
+    found = screen.typed(typed)
+    line = printed.format(spec="swarm.yaml -f night.yaml")
+    assert found == ([f"swarmctl {line}"] if line else []), screen.shown
+    for one in found:
+        check(one)
 
 
 def test_the_harmless_ones_run(screen: Screen) -> None:

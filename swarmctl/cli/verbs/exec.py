@@ -60,7 +60,8 @@ def exec(  # noqa: A001  (the verb is called so)
         [targets[name] for name in names], host_commands.shell_command(command), transport(become=False),
         parallel=parallel, follow=follow,
     )  # fmt: skip
-    hint = next_command.completing(spec, next_command.where(lab=lab, lab_name=lab_name))
+    where = next_command.where(lab=lab, lab_name=lab_name)
+    hint = next_command.completing(spec, where)
     interrupted = False
     with console.err().status(f"0 of {len(names)} hosts are done") as progress:
         if follow or not console.err().is_terminal:
@@ -82,6 +83,8 @@ def exec(  # noqa: A001  (the verb is called so)
         console.out().print(text)
     if interrupted:
         _say_interrupted([name for name in names if name not in found])
+    elif not (json or follow):
+        next_command.advise_doctor(spec, {one.host: one.error for one in results if one.error}, where)
     raise typer.Exit(exit_codes.INTERRUPTED if interrupted else exit_code(results))
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options, selected
+from swarmctl.cli import console, exit_codes, next_command, options, selected
 
 if TYPE_CHECKING:
     from swarmctl.health.host_logs import HostLog, Question
@@ -70,6 +70,9 @@ def logs(
         _follow(question, [targets[name] for name in parts], output)
     else:
         _read(question, [targets[name] for name in parts], output, parallel)
+        where = next_command.where(lab=lab, lab_name=lab_name)
+        if not json and not next_command.advise_doctor(spec, output.away, where) and output.has_errors:
+            next_command.advise("status", spec, *where)
     raise typer.Exit(output.exit_code())
 
 
@@ -97,6 +100,7 @@ class _Output:
         self._choice, self._cut_matters, self._json = choice, cut_matters, json
         self._clocks: set[str] = set()
         self.away: dict[str, HostError] = {}
+        self.has_errors = False  # among the entries
 
     def exit_code(self) -> int:
         """That of the hosts whose last word is an error."""
@@ -134,6 +138,7 @@ class _Output:
 
         for entry in entries:
             if entry in self._choice:
+                self.has_errors |= entry.level in (Level.ERROR.value, Level.FATAL.value)
                 if self._json:
                     print(json_format.dumps(dataclasses.asdict(entry)), flush=True)
                 else:

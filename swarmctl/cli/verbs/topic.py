@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from swarmctl.remote.host_commands import Ran
     from swarmctl.remote.transport import HostError
     from swarmctl.render.topic_tool import Listed
+    from swarmctl.swarm.resolved import Swarm
 
 topic = typer.Typer(
     name="topic", no_args_is_help=True,
@@ -72,11 +73,15 @@ def list_(
         console.print_json({"v": 1, "swarm": swarm.name, **_document(found, errors)})
     elif found:
         console.out().print(view.table(found))
-    complete = next_command.completing(spec, next_command.where(lab=lab, lab_name=lab_name))
+    where = next_command.where(lab=lab, lab_name=lab_name)
+    complete = next_command.completing(spec, where)
     for error in errors.values():
         console.show(f"{error.kind.value}: {error.message}", error=True)
         if error.hint:
             console.show(f"  help: {complete(error.hint)}", error=True)
+    away = {hub: errors[name] for hub, name in names.items() if name in errors}
+    if not json and not next_command.advise_doctor(spec, away, where) and (one := _published(swarm, found)):
+        next_command.advise("topic echo", spec, one, *where)
     if errors:
         reached = any(error.reached for error in errors.values())
         raise typer.Exit(exit_codes.HOSTS_FAILED if reached else exit_codes.HOSTS_UNREACHABLE)
@@ -150,6 +155,16 @@ def pub(
     named = run.middleware.type_name(kind)
     words = run.middleware.topic_tool.pub(run.topic, named, values, rate=rate, once=once)
     run.exit(words, lab=lab, lab_name=lab_name)
+
+
+def _published(swarm: Swarm, found: Mapping[str, Sequence[Listed]]) -> str:
+    """A topic of a robot that is published on its island; empty without one that a terminal can show."""
+    for robot in swarm.robots.values():
+        for one in found.get(swarm.island_of(robot.host).name, ()):
+            named = one.topic.startswith(f"{robot.namespace}/") and one.topic.isprintable()
+            if named and one.publishers:
+                return one.topic
+    return ""
 
 
 def _document(found: Mapping[str, Sequence[Listed]], errors: Mapping[str, HostError]) -> dict[str, Any]:
