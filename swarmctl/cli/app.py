@@ -145,6 +145,13 @@ _LOOK = (
         example="ui swarm.yaml",
     ),
     Verb(
+        "record",
+        "Record topics in bags, on the hosts that publish them, until Ctrl-C; then fetch the bags.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="record swarm.yaml '/k3/*' --duration 60",
+    ),
+    Verb(
         "logs",
         "Show what drivers and programs have logged, of all hosts in the order of time.",
         HOSTS_FAILED,

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, NoReturn
 import typer
 
 from swarmctl import streams
-from swarmctl.cli import console, exit_codes, next_command, options
+from swarmctl.cli import console, exit_codes, next_command, options, ros_tools
 from swarmctl.remote import host_commands
 from swarmctl.remote.host_commands import MARK, Ran
 from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped
 from swarmctl.remote.transport import HostError, Kind
-from swarmctl.render.bundle import package
 from swarmctl.render.middleware import Middleware, middleware_of
-from swarmctl.render.topic_tool import END_OF_MESSAGE, NO_RELEASE, NO_TOOL
+from swarmctl.render.topic_tool import END_OF_MESSAGE
 from swarmctl.suggest import did_you_mean
 from swarmctl.swarm import topic_island
 from swarmctl.swarm.resolved import Island, Swarm
@@ -92,14 +91,8 @@ def error_of(ended: Ran, swarm: str, middleware: Middleware) -> HostError | None
 def lack_of(ended: Ran, swarm: str, middleware: Middleware) -> HostError | None:
     """Returns why the tool did not run at all, or not to its end."""
     tool = middleware.topic_tool
-    if ended.status == NO_RELEASE:
-        message, hint = f"{ended.host} has no release of `{swarm}`", "`swarmctl deploy SPEC` brings one"
-        return HostError(Kind.FAILED, message, hint)
-    if ended.status == NO_TOOL:
-        packages = " or ".join(f"`{one}`" for one in middleware.debian_packages(package(tool.package)))
-        message = f"{ended.host} has no `{' '.join(tool.words)}`"
-        return HostError(Kind.FAILED, message, f"install it there; the Debian package is {packages}")
-    return ended.error
+    lack = ros_tools.lack(ended.host, ended.status, swarm, " ".join(tool.words), tool.package, middleware)
+    return lack or ended.error
 
 
 def _printed(events: Iterable[Event[Ran]], messages: int | None) -> Ran | None:

@@ -30,7 +30,7 @@ DEPLOY_VERBS = (
 )
 ROLLBACK_VERBS = ("observe", "history", "motion", "lease", "rollback", "hold", "confirm", "undo")
 #: What the host runs later, out of the archive of a verb.
-_PROGRAMS = dict.fromkeys(("apply", "remove", "rollback"), "recovery")
+_PROGRAMS = {**dict.fromkeys(("apply", "remove", "rollback"), "recovery"), "record": "recorder"}
 
 Folders = Mapping[str, Path]  # by package
 #: One thread at a time: ``ast.parse`` of Python 3.11 fails where threads interleave (python/cpython#106905).

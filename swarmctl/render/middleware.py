@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, cast
 
 from swarmctl.plugins import MIDDLEWARES
+from swarmctl.render.bag_recorder import BagRecorder
 from swarmctl.render.bundle import File, Part
 from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule
@@ -126,6 +127,10 @@ class Middleware(Protocol):
     @property
     def topic_tool(self) -> TopicTool:
         """The command for topics, which ``swarmctl topic`` runs on hosts."""
+
+    @property
+    def bag_recorder(self) -> BagRecorder | None:
+        """The command that ``swarmctl record`` runs on hosts; None without one."""
 
     @property
     def multimaster(self) -> str:

@@ -44,18 +44,22 @@ class TopicTool:
         return (*self.words, "pub", *often, "--", topic, kind, values)  # values such as -1 are no option
 
     def line(self, swarm: str, words: Sequence[str]) -> str:
-        """Returns the line for a host's shell that runs ``words`` in the ROS of its release.
+        """Returns the line for a host's shell that runs ``words`` in the ROS of its release."""
+        return shlex.join(("bash", "-c", in_release(swarm, self.package, words)))
 
-        It exits with ``NO_RELEASE`` or ``NO_TOOL`` where that is missing.
-        """
-        setup = shlex.quote(f"{ROOT}/{swarm}/current/setup.bash")
-        found = f"import importlib.util as i; raise SystemExit(i.find_spec({self.package!r}) is None)"
-        script = (
-            f"[ -r {setup} ] || exit {NO_RELEASE}; . {setup}; "
-            f"python3 -c {shlex.quote(found)} || exit {NO_TOOL}; "
-            f"PYTHONUNBUFFERED=1 exec {shlex.join(words)}"
-        )
-        return shlex.join(("bash", "-c", script))
+
+def in_release(swarm: str, package: str, words: Sequence[str]) -> str:
+    """Returns the script for bash that becomes ``words`` in the ROS of the host's release.
+
+    It exits with ``NO_RELEASE``, or with ``NO_TOOL`` where Python finds no ``package``.
+    """
+    setup = shlex.quote(f"{ROOT}/{swarm}/current/setup.bash")
+    found = f"import importlib.util as i; raise SystemExit(i.find_spec({package!r}) is None)"
+    return (
+        f"[ -r {setup} ] || exit {NO_RELEASE}; . {setup}; "
+        f"python3 -c {shlex.quote(found)} || exit {NO_TOOL}; "
+        f"PYTHONUNBUFFERED=1 exec {shlex.join(words)}"
+    )
 
 
 @dataclass(frozen=True)

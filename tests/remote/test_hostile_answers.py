@@ -56,6 +56,10 @@ ENTRY = {
 MOTION = {
     "latched": True, "runs": True, "proof": "wheels", "seconds": 0.5, "commander": "", "trouble": "",
 }  # fmt: skip
+RECORDING = {
+    "runs": True, "began": 1.0, "topics": ["/k3/odom"], "ended": "", "status": 0, "output": "",
+    "bags": {"pi_0.bag": 1}, "free": 1,
+}  # fmt: skip
 FITTING: dict[str, Any] = {
     "observe": OBSERVED,
     "lease": {
@@ -80,6 +84,8 @@ FITTING: dict[str, Any] = {
     "costs": {
         "clock": 1.0, "units": {"k3.service": {"cpu": 0.5, "memory": 50_000_000, "processes": 1}},
     },
+    "record": RECORDING,
+    "recording": RECORDING,
     "hold": {"units": {"koala.service": UNIT}},
     "confirm": {"release": RELEASE.digest},
     "undo": {"release": None},

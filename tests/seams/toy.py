@@ -31,6 +31,7 @@ class Pebble:
     variables: frozenset[str] = frozenset()
     launcher = ""
     topic_tool = TopicTool(("pebble", "topic"), "pebble_topic")
+    bag_recorder = None
     multimaster = ""
     shared_files: frozenset[str] = frozenset()
     topics: Mapping[str, str] = {

@@ -48,7 +48,7 @@ ROS_1 = (
     ),
     *("python3-diagnostic-msgs", "python3-tf2-msgs", "rospack-tools"),
     *("python3-std-srvs", "ros-std-srvs"),
-    *("python3-roswtf", "ros-robot-state-publisher"),  # what people look at a swarm with
+    *("python3-roswtf", "ros-robot-state-publisher", "python3-rosbag"),  # what people look at a swarm with
     "ros-environment",  # used by the setup files of a workspace
     *("libroscpp4d", "libtf1d", "python3-tf", "python3-actionlib"),  # loaded by nodes of a workspace
 )

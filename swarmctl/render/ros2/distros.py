@@ -49,6 +49,7 @@ class Ros2:
     launcher = "ros2 launch"
     # Without the daemon, which has the settings of whoever has started it.
     topic_tool = TopicTool(("ros2", "topic"), "ros2topic", ("--no-daemon", "--spin-time", "3"))
+    bag_recorder = None
     multimaster = ""
     shared_files = frozenset({ros2_release.ENVIRONMENT})  # the domain, and where the servers are
     topics = TOPICS

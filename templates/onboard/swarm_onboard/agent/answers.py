@@ -20,6 +20,7 @@ from .messages import (
 from .motion_messages import MotionAnswer, RestartAnswer, StartAnswer, StopAnswer, TelemetryAnswer
 from .preparation_messages import BuildAnswer, FetchBuildAnswer, InventoryAnswer, PrepareAnswer
 from .probe_messages import ProbeAnswer
+from .recording_messages import RecordingAnswer
 
 #: The type of the answer by verb.
 ANSWERS: Mapping[str, type] = {
@@ -46,4 +47,6 @@ ANSWERS: Mapping[str, type] = {
     "motion": MotionAnswer,
     "telemetry": TelemetryAnswer,
     "costs": CostsAnswer,
+    "record": RecordingAnswer,
+    "recording": RecordingAnswer,
 }

@@ -7,6 +7,8 @@ ROOT = "/opt/swarm"
 AGENT_FOLDER = ROOT + "/.agent"
 #: What a host keeps of its swarms beside their releases: secrets and latches of `swarmctl stop`.
 KEPT = "/etc/swarm"
+#: The bags of each swarm, which stay when it is removed.
+BAGS = "/var/lib/swarm-bags"
 
 LINK_FOLDERS = ("/etc/systemd/system", "/etc/udev/rules.d", "/etc/NetworkManager/conf.d")
 BLOCK_FILES = ("/etc/hosts", "/etc/chrony/chrony.conf")

@@ -1,0 +1,35 @@
+"""What was recorded on a host, and where its bags are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.remote.host_recordings import Fetched
+
+_ENDINGS = {
+    "": "",
+    "stopped": "",
+    "time": "for the whole time",
+    "disk": "until its disk was nearly full",
+    "failed": "until the recorder failed",
+    "lost": "until the recorder was gone, as after a power cut",
+}
+
+
+def size(count: int) -> str:
+    """Returns a number of bytes in MB."""
+    return f"{count / 1e6:.1f} MB"
+
+
+def lines(found: Fetched) -> Iterator[str]:
+    """Yields a line for the host, and one for each of its bags."""
+    recording = found.recording
+    if recording is None or not found.bags:
+        yield f"{found.host}  no bags"
+    else:
+        ended = _ENDINGS[recording["ended"]]
+        yield f"{found.host}  {len(recording['topics'])} topics {ended}".rstrip()
+    for place, count in found.bags.items():
+        yield f"    {place}  {size(count)}"
+        if place.name.endswith(".active"):
+            yield f"        it was not closed; `rosbag reindex {place.name}` repairs it"
