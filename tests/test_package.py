@@ -159,6 +159,7 @@ def test_nothing_else_is_in_it(wheel: Path) -> None:
 #: What an extra brings, and the modules that import it; nothing else may.
 OF_EXTRAS = {
     "distributed": ("remote/dask_cluster.py", "remote/worker.py"),
+    "rosbags": ("ui/bags.py",),
     "starlette": ("ui/server.py",),
     "uvicorn": ("ui/server.py",),
     "websockets": (),

@@ -112,6 +112,17 @@ class Parts:
             "libraries": {name: metadata.version(name) for name in _LIBRARIES},
         }
 
+    def motion(self) -> dict[str, Any]:
+        """What shows bags of the swarm later: the topics on how robots move, and their start poses."""
+        from swarmctl.swarm.motion_topics import motion_topics
+        from swarmctl.ui.messages import starts
+
+        topics = motion_topics(self.expected.swarm)
+        return {
+            "topics": {name: dataclasses.asdict(one) for name, one in topics.items()},
+            "starts": starts(self.expected.document.spec),
+        }
+
     def drawn(self, clean: Callable[[Any], Any]) -> dict[str, str]:
         """The graph as text of JSON and as SVG."""
         from swarmctl.analysis.diagram import diagram

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from swarmctl.health.verdict import Verdict
     from swarmctl.remote.transport import Target
 
-_EXTRAS = {"ui": ("starlette", "uvicorn", "websockets"), "metrics": ("prometheus_client",)}
+_EXTRAS = {"ui": ("rosbags", "starlette", "uvicorn", "websockets"), "metrics": ("prometheus_client",)}
 _PATIENCE = 5.0  # s
 
 

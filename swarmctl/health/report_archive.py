@@ -17,9 +17,11 @@ from typing import Any
 from swarmctl.analysis.diagram import Diagram
 from swarmctl.health.log_entries import Entry
 from swarmctl.health.swarm_health import Look, Status
+from swarmctl.swarm.motion_topics import MotionTopics
 
 MOST_BYTES = 64 << 20  # of an archive, unpacked
 STATUS, LOOK, GRAPH, LOGS = "status.json", "look.json", "graph.json", "logs.jsonl"
+MOTION = "motion.json"  # the topics on how robots move, and their start poses
 _SHORTEST_LINE = 8  # characters of a line that is kept secret for itself, as one of a key in PEM
 _BROKEN = (OSError, EOFError, zlib.error, tarfile.TarError, ValueError, TypeError, KeyError, RecursionError)
 
@@ -86,6 +88,15 @@ def graph_and_logs(file: Path) -> tuple[Diagram, list[Entry]]:
     with _opened(file) as tar:
         entries = [Entry(**json.loads(line)) for line in _text(tar, LOGS).splitlines()]
         return Diagram.from_json(json.loads(_text(tar, GRAPH))), entries
+
+
+def motion(file: Path) -> tuple[dict[str, MotionTopics], dict[str, tuple[float, float, float]]]:
+    """By robot, the topics on how it moves, and its start pose in m, m and rad. Raises ``ReportError``."""
+    with _opened(file) as tar:
+        data = json.loads(_text(tar, MOTION))
+        topics = {name: MotionTopics(**one) for name, one in data["topics"].items()}
+        starts = {name: (float(x), float(y), float(yaw)) for name, (x, y, yaw) in data["starts"].items()}
+        return topics, starts
 
 
 @contextmanager

@@ -50,13 +50,9 @@ def parameters(robot: Robot, driver: ForeignDriver) -> dict[str, Any]:
         "commanders": [commander_params(one) for one in robot.commanders],
         "motion": {key: value for key, value in motion.items() if value},
         "odom_frame": driver.ros.odometry_frame,
-        **{key: _full(robot, topic) for key, topic in read.items() if topic},
+        **{key: robot.full_name(topic) for key, topic in read.items() if topic},
         **({"start": robot.start.model_dump()} if robot.start is not None else {}),
     }
-
-
-def _full(robot: Robot, topic: str) -> str:
-    return topic if topic.startswith("/") else f"{robot.namespace}/{topic}"
 
 
 def launch_name(robot: Robot) -> str:

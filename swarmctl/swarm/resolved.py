@@ -178,6 +178,10 @@ class Robot:
         """What its frames begin with, without the slash behind it; empty if its driver adds nothing."""
         return self.odom_frame.rpartition("/")[0]
 
+    def full_name(self, topic: str) -> str:
+        """The full name of one of its ``topics``."""
+        return topic if topic.startswith("/") else f"{self.namespace}/{topic}"
+
     @property
     def is_described(self) -> bool:
         """True if its `robot_description` is set: by swarmctl's driver, else from a URDF beside the spec."""

@@ -11,6 +11,7 @@ plan.json       what a deploy would do, as `swarmctl plan --json` prints it
 logs.jsonl      the last lines of each host, as `swarmctl logs --json` prints them
 history.json    the runs that changed the hosts
 graph.svg/json  the swarm as a graph
+motion.json     topics on how robots move, and their start poses
 versions.json   swarmctl, Python, libraries
 effective.yaml  the effective spec; spec/ has its files
 """

@@ -11,6 +11,7 @@ const MARKS = { // a shape for each state, for those who do not see its colour
 };
 const RANK = ["ok", "skipped", "warning", "unknown", "bad"];
 const LATE = 40; // s after which a look at the hosts is old
+let clock = () => performance.now(); // ms; a replay has its own
 let look = null; // the last one: {status, causes, age}, and `came`, ms
 
 /** The mark of a state, with its name for screen readers. */
@@ -97,7 +98,7 @@ function showFindings() {
 /** The state in words, and how old it is. What robots report at once counts before the next look shows it. */
 function showState() {
   if (!look) return;
-  const age = Math.round(look.age + (performance.now() - look.came) / 1000);
+  const age = Math.round(look.age + (clock() - look.came) / 1000);
   const count = look.causes.length;
   const fresh = troubles();
   let state = look.status.healthy ? (count ? "warning" : "ok") : "bad";
@@ -138,7 +139,7 @@ ADD_DETAILS.push((node) => {
   const now = node.kind === "robot" ? reportOf(node.name) : null; // newer than the look
   if (now?.driven && !now.trouble) facts.push(["drives", `${number(now.driven[0], 2)} m/s, ${number(now.driven[1], 2)} rad/s`]);
   else if (row.report) facts.push(["driver", row.report]);
-  if (row.commanders !== undefined) facts.push(["obeys", (now ?? row).commander || "nobody"]);
+  if (row.commanders !== undefined) facts.push(["obeys", (now?.commander ?? row.commander) || "nobody"]);
   shown.push(
     element("table", { class: "facts" }, ...facts.map(([name, text]) => element("tr", {}, element("th", {}, name), element("td", {}, text)))),
   );
@@ -165,7 +166,7 @@ ADD_DETAILS.push((node) => {
 
 /** Takes a status: {status, causes, age}. */
 function takeStatus(message) {
-  look = { ...message, came: performance.now() };
+  look = { ...message, came: clock() };
   showStates();
   showState();
   showDetails();

@@ -9,7 +9,7 @@ let plot = null;
 
 /** Takes a message of one host: {robots, missing}. */
 function takeTelemetry(message) {
-  const at = performance.now();
+  const at = clock();
   for (const name of new Set([...Object.keys(message.robots), ...message.missing])) {
     const before = robots.get(name) ?? { ...UNKNOWN, history: [] };
     const report = message.robots[name];
@@ -27,7 +27,7 @@ function takeTelemetry(message) {
 /** The last report of a robot; null if it is old. */
 function reportOf(name) {
   const robot = robots.get(name);
-  return robot && performance.now() - robot.at <= FRESH ? robot : null;
+  return robot && clock() - robot.at <= FRESH ? robot : null;
 }
 
 /** What a robot reports now that is wrong, as text; empty if it is fine, or has not reported lately. */
@@ -65,7 +65,7 @@ ADD_DETAILS.push((node) => {
 
 /** The series of the plot: s before now, then m/s commanded and driven, then rad/s. */
 function series(history) {
-  const now = performance.now();
+  const now = clock();
   const line = (of) => history.map((one) => of(one) ?? null);
   return [
     line((one) => (one.at - now) / 1000),
@@ -114,5 +114,5 @@ function showPlot(id) {
 ON_SELECT.push(showPlot);
 setInterval(() => {
   showPlot(selected);
-  if (look) showDetails();
+  showDetails();
 }, 200);

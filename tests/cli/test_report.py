@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import math
 import shutil
 import tarfile
 from pathlib import Path
@@ -22,6 +23,7 @@ from swarmctl.health.log_entries import Entry
 from swarmctl.plan.plan import HostPlan, Plan
 from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Kind, Target
+from swarmctl.swarm.motion_topics import MotionTopics
 from tests.health.swarm_values import HOSTS, K3_PI, LAPTOP, all_well, graph, with_device
 
 PIN = "pin-71#4"
@@ -89,6 +91,16 @@ def test_the_archive_shows_what_status_had_shown(swarm: Swarm, options: tuple[st
     again = swarm.typed("status", "--from", str(swarm.file), *options)
     assert again[:2] == (code, shown)
     assert again[2].startswith("taken 20")
+
+
+def test_the_archive_says_what_shows_how_robots_move(swarm: Swarm) -> None:
+    start = "start: {x: 1.0, y: 0.5, heading_deg: 180}"
+    swarm.spec.write_text(swarm.spec.read_text().replace("type: koala,", f"type: koala, {start},"))
+    swarm.report()
+    topics, starts = report_archive.motion(swarm.file)
+    assert topics["koala"] == MotionTopics("/koala/odom", "/koala/cmd_vel", "/koala/battery")
+    assert topics.keys() == {"koala", "k3", "epuck"}
+    assert starts == {"koala": (1.0, 0.5, math.pi)}
 
 
 def test_a_host_that_is_away_costs_only_its_part(swarm: Swarm) -> None:

@@ -64,6 +64,7 @@ def report(
     documents = {
         report_archive.STATUS: look.status.to_json(),
         report_archive.LOOK: seen,
+        report_archive.MOTION: parts.motion(),
         "plan.json": parts.plan(wanted, secrets),
         "history.json": {"v": 1, "swarm": expected.swarm.name, "runs": runs},
         "versions.json": parts.versions(),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from functools import partial
@@ -19,6 +19,8 @@ from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
     from swarmctl.health.expected_graph import ExpectedGraph
+    from swarmctl.swarm.motion_topics import MotionTopics
+    from swarmctl.ui.bags import Row
     from swarmctl.ui.server import Pages
     from swarmctl.ui.watch import Watch
 
@@ -29,6 +31,10 @@ def ui(
     spec: options.SpecOrReport,
     overlays: options.Overlays = None,
     archive: options.Archive = None,
+    bags: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Replay a recorded run, from its bags; connect to no host."),
+    ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0: a free one.")] = 0,
     control: Annotated[
         bool, typer.Option("--control", help="The page has buttons that stop robots and release them.")
@@ -40,17 +46,21 @@ def ui(
 
     Only this machine reaches the page, by the URL that is printed. Hosts are looked at while a page is open.
     """
-    if any(find_spec(name) is None for name in ("starlette", "uvicorn", "websockets")):
+    needed = ("starlette", "uvicorn", "websockets", *(["rosbags"] if bags else []))
+    if any(find_spec(name) is None for name in needed):
         console.fail(
-            "ui needs starlette, uvicorn and websockets, and one is not installed",
+            f"this needs {', '.join(needed)}, and one is not installed",
             "install them: `pip install 'swarmctl[ui]'`",
             code=exit_codes.USAGE,
         )
-    if archive is None:
-        _show_hosts(spec, port, control=control, lab=lab, lab_name=lab_name)
-    elif control or options.in_lab(lab, lab_name):
-        console.fail("--from shows what is in the archive, and connects to no host", code=exit_codes.USAGE)
-    _show_archive(archive, port)
+    if (archive or bags) and (control or options.in_lab(lab, lab_name)):
+        shown = "--from shows what is in the archive" if archive else "--bags shows what is in the bags"
+        console.fail(f"{shown}, and connects to no host", code=exit_codes.USAGE)
+    if archive is not None:
+        _show_archive(archive, bags, port)
+    if bags is not None:
+        _show_run(spec, bags, port)
+    _show_hosts(spec, port, control=control, lab=lab, lab_name=lab_name)
 
 
 def _show_hosts(spec: SpecFiles, port: int, *, control: bool, lab: bool, lab_name: str) -> NoReturn:
@@ -87,7 +97,41 @@ def _show_hosts(spec: SpecFiles, port: int, *, control: bool, lab: bool, lab_nam
                     watch.stop()
 
 
-def _show_archive(archive: Path, port: int) -> NoReturn:
+def _show_run(spec: SpecFiles, bags: Path, port: int) -> NoReturn:
+    from swarmctl.analysis.diagram import diagram
+    from swarmctl.swarm.index import SwarmIndex
+    from swarmctl.swarm.motion_topics import motion_topics
+    from swarmctl.ui import messages
+    from swarmctl.ui.server import Pages
+    from swarmctl.views.graph import page
+
+    document = console.read_document(spec)
+    run = _run(bags, motion_topics(console.swarm_of(document)))
+    replay = page.Live(messages.starts(document.spec), run=run)
+    with _served(page.graph(diagram(SwarmIndex(document)), replay), Pages(), port) as url:
+        _print(url)
+        while True:
+            time.sleep(_SELDOM)
+
+
+def _run(bags: Path, topics: Mapping[str, MotionTopics]) -> dict[str, list[Row]]:
+    """How these robots moved, from bags. Names those that cannot be read; exits if nothing is left."""
+    from swarmctl.ui.bags import read
+    from swarmctl.views.escape import printable
+
+    console.show(f"reading {printable(str(bags))} ...", error=True)
+    try:
+        run = read(bags, topics)
+    except OSError as error:
+        console.fail(f"{bags}: {error.strerror}")
+    for trouble in run.troubles:
+        console.show(f"warning: {printable(trouble)}", error=True)
+    if not run.rows:
+        console.fail(f"{bags} has no bag with a topic of a robot of the swarm")
+    return run.rows
+
+
+def _show_archive(archive: Path, bags: Path | None, port: int) -> NoReturn:
     from swarmctl.health import report_archive
     from swarmctl.ui import messages
     from swarmctl.ui.server import Pages
@@ -96,11 +140,14 @@ def _show_archive(archive: Path, port: int) -> NoReturn:
     try:
         look = report_archive.read(archive).look
         drawing, entries = report_archive.graph_and_logs(archive)
+        topics, starts = report_archive.motion(archive) if bags else ({}, {})
     except report_archive.ReportError as error:
         console.fail(str(error), "`swarmctl report` writes one")
+    run = _run(bags, topics) if bags else None
     pages = Pages(("log",))
     taken = datetime.fromtimestamp(look.began).astimezone()
-    with _served(page.graph(drawing, page.Live(taken=f"{taken:%Y-%m-%d %H:%M:%S %z}")), pages, port) as url:
+    live = page.Live(starts, taken=f"{taken:%Y-%m-%d %H:%M:%S %z}", run=run)
+    with _served(page.graph(drawing, live), pages, port) as url:
         _answer(pages, lambda names: messages.log_of(names[0], entries), lambda action, names: ())
         with _shown(url):
             while True:

@@ -73,7 +73,7 @@ def _of(robot: Robot) -> Iterator[dict[str, Any]]:
     for topic in robot.topics:
         if topic.type in _DISPLAYS:
             kind, settings = _DISPLAYS[topic.type]
-            name = topic.name if topic.name.startswith("/") else f"{robot.namespace}/{topic.name}"
+            name = robot.full_name(topic.name)
             yield {
                 "Class": f"rviz/{kind}",
                 "Name": topic.name,
