@@ -52,6 +52,11 @@ class RecordingHosts:
             return exit_codes.HOSTS_FAILED
         return exit_codes.HOSTS_UNREACHABLE if self._errors else exit_codes.OK
 
+    @property
+    def have_bags(self) -> bool:
+        """True if bags were fetched."""
+        return any(one.bags for one in self._fetched)
+
     def document(self) -> dict[str, Any]:
         """Returns what ``--json`` prints."""
         fetched = {one.host: one for one in self._fetched}

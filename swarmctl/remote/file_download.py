@@ -13,7 +13,7 @@ from pathlib import Path
 from swarmctl.remote.transport import ChannelSession, HostError, Kind
 
 _CHECKED_WITHIN = 900.0  # s in which a host reads a file for its checksum
-_SHA256 = re.compile(rb"\\?([0-9a-f]{64}) ")
+_SHA256 = re.compile(rb"\\?([0-9a-f]{64}) .*\n(\d+)\n", re.DOTALL)
 _PIECE = 1 << 20
 
 
@@ -23,7 +23,7 @@ def move(session: ChannelSession, path: str, place: Path, received: Callable[[in
     What has come is kept beside ``place`` until all has, and the next call goes on there. ``received`` gets
     how many bytes are here. A file at ``place`` that is the same stays. Raises ``HostError``.
     """
-    digest = _digest_there(session, path)
+    digest, size = _digest_and_size(session, path)
     part = place.with_name(f".{place.name}.{digest[:12]}.part")
     with _writing(place):
         if place.exists():
@@ -35,6 +35,8 @@ def move(session: ChannelSession, path: str, place: Path, received: Callable[[in
                 )
         else:
             _download(session, path, part, received)
+            if part.stat().st_size < size:
+                raise HostError(Kind.LOST, f"{path} came in part")
             if _digest_here(part) != digest:
                 part.unlink()
                 raise HostError(Kind.LOST, f"{path} was damaged on its way", "fetch it again")
@@ -42,11 +44,12 @@ def move(session: ChannelSession, path: str, place: Path, received: Callable[[in
     _run(session, f"rm -- {shlex.quote(path)}")
 
 
-def _digest_there(session: ChannelSession, path: str) -> str:
-    found = _SHA256.match(_run(session, f"sha256sum -- {shlex.quote(path)}"))
+def _digest_and_size(session: ChannelSession, path: str) -> tuple[str, int]:
+    quoted = shlex.quote(path)
+    found = _SHA256.fullmatch(_run(session, f"sha256sum -- {quoted} && stat -c %s -- {quoted}"))
     if found is None:
         raise HostError(Kind.PROTOCOL, "`sha256sum` printed no checksum", "is it the right host?")
-    return found[1].decode()
+    return found[1].decode(), int(found[2])
 
 
 def _digest_here(place: Path) -> str:

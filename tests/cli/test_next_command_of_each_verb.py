@@ -43,6 +43,7 @@ NEXT = {
     "logs": ["doctor k3-pi", "status"],
     "topic list": ["doctor k3-pi", "topic echo /k3/odom"],
     "exec": ["doctor k3-pi"],
+    "record": ["ui --bags newswarm-bags", "record --fetch"],
     "doctor": ["status"],
     "report": ["status --from report.tar.gz"],
     "stop": ["start k3"],
@@ -110,7 +111,8 @@ def test_the_verb_prints_it(verb: str) -> None:
     for line in NEXT[verb]:
         words = line.split()
         named = " ".join(words[:2]) if words[0] in ("mode", "topic", "firmware", "driver") else words[0]
-        printed = rf'(advise|command)\(\s*"{named}"|(\*\(|else )\("{named}", spec|"swarmctl", "{named}"|advise_{named}\('
+        advised = rf'(advise|command)\(\s*"{named}"|(\*\(|else )\("{named}", spec'
+        printed = rf'{advised}|"swarmctl", "{named}"|advise_{named}\('
         if verb.startswith("driver"):  # in a sentence
             printed = f"swarmctl {named}"
         assert re.search(printed, text)

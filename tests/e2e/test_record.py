@@ -3,53 +3,24 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import signal
-import subprocess
 import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
 
 from swarmctl.cli import exit_codes
+from tests.e2e.bags import FOLDER, ended, forget, is_recording, messages
 from tests.e2e.lab_swarm import LabSwarm
-from tests.timing import PATIENCE, wait_for
-
-FOLDER = "/var/lib/swarm-bags/newswarm"
-TYPES = get_typestore(Stores.ROS1_NOETIC)
-
-
-def messages(bag: Path, topic: str = "") -> list[tuple[str, float, Any]]:
-    """Topic, time of receipt and message of each that is in a bag."""
-    with AnyReader([bag], default_typestore=TYPES) as reader:
-        return [
-            (connection.topic, stamp / 1e9, reader.deserialize(data, connection.msgtype))
-            for connection, stamp, data in reader.messages()
-            if topic in ("", connection.topic)
-        ]
-
-
-def is_recording(swarm: LabSwarm, host: str) -> bool:
-    """True once messages are on the disk: a bag without any has 4 kB."""
-    return bool(swarm.shell(host, f"find {FOLDER} -name '*.active' -size +8k 2>/dev/null || true").strip())
-
-
-def ended(recording: subprocess.Popen[str]) -> tuple[int, dict[str, Any]]:
-    """The exit code of a recording that ends, and what it has printed by host."""
-    out, err = recording.communicate(timeout=PATIENCE)
-    assert "Traceback" not in err, err
-    return recording.returncode, {one["host"]: one for one in json.loads(out)["hosts"]}
+from tests.timing import wait_for
 
 
 @pytest.fixture(autouse=True)
 def _clean(swarm: LabSwarm) -> Iterator[None]:
     yield
-    swarm.everywhere(f"sudo systemctl stop 'swarm-recording@*'; sudo rm -rf {FOLDER}")
+    forget(swarm)
 
 
 def test_each_topic_is_in_the_bag_of_its_host(swarm: LabSwarm, tmp_path: Path) -> None:

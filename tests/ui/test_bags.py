@@ -49,7 +49,7 @@ def test_a_robot_has_five_rows_a_second(tmp_path: Path) -> None:
     assert [row[1][0] for row in rows if row[1]] == [(10 * slot + 9) / 50 for slot in range(10)]
 
 
-def test_bags_that_were_split_and_bags_of_two_hosts_are_one_run(tmp_path: Path) -> None:
+def test_split_bags_and_bags_of_two_hosts_are_one_run(tmp_path: Path) -> None:
     write(tmp_path / "a_0.bag", [(0.0, *odometry(0.0)), (0.3, *odometry(0.3))])
     write(tmp_path / "a_1.bag", [(0.5, *odometry(0.5)), (0.7, *odometry(0.7))])
     write(tmp_path / "b_0.bag", [(0.31, *odometry(0.31)), (0.45, *odometry(0.45))])

@@ -153,7 +153,7 @@ def test_it_fits_a_phone(browser: Browser, url: str) -> None:
         assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
 
 
-def test_an_archive_of_a_report_has_its_findings_and_logs_beside_the_run(
+def test_a_report_has_its_findings_and_logs_beside_the_run(
     browser: Browser, bags: Path, tmp_path: Path
 ) -> None:
     outcomes = all_well()

@@ -75,4 +75,6 @@ def record(
     hosts.fetch(place, spec.command("record", "--fetch", *out, *where))
     if json:
         console.print_json(hosts.document())
+    elif hosts.have_bags:
+        next_command.advise("ui", spec, "--bags", str(place))
     raise typer.Exit(hosts.exit_code())

@@ -108,8 +108,7 @@ def _show_run(spec: SpecFiles, bags: Path, port: int) -> NoReturn:
     document = console.read_document(spec)
     run = _run(bags, motion_topics(console.swarm_of(document)))
     replay = page.Live(messages.starts(document.spec), run=run)
-    with _served(page.graph(diagram(SwarmIndex(document)), replay), Pages(), port) as url:
-        _print(url)
+    with _served(page.graph(diagram(SwarmIndex(document)), replay), Pages(), port) as url, _shown(url):
         while True:
             time.sleep(_SELDOM)
 
