@@ -10,9 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.rosbag1 import Writer
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_typestore
 
 from swarmctl.ui import bags
-from tests.ui.bag_files import BEGAN, KOALA, LZ4, battery, command, odometry, write
+from tests.ui.bag_files import BEGAN, KOALA, LZ4, battery, command, odometry, twist, write
 
 LZ4_MAGIC = b"\x04\x22\x4d\x18"
 
@@ -41,6 +43,15 @@ def test_a_row_has_pose_speeds_and_battery(
             (at(0.3), [1.0, 2.0, 1.571], [0.15, 0.05], [0.2, 0.1], 0.75),
         ]
     }
+
+
+def test_a_folder_of_ros_2_is_a_bag(tmp_path: Path) -> None:
+    store, kind = get_typestore(Stores.ROS2_JAZZY), "geometry_msgs/msg/Twist"
+    with Writer2(tmp_path / "run", version=9) as writer:
+        sent = writer.add_connection("/koala/cmd_vel", kind, typestore=store)
+        writer.write(sent, round(1e9 * BEGAN), store.serialize_cdr(twist(0.2, 0.1), kind))
+    run = bags.read(tmp_path, KOALA)
+    assert (run.troubles, run.rows) == ([], {"koala": [(at(0.0), None, None, [0.2, 0.1], None)]})
 
 
 def test_a_robot_has_five_rows_a_second(tmp_path: Path) -> None:

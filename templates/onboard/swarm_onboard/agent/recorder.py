@@ -22,10 +22,8 @@ if TYPE_CHECKING:
     from typing import Any, Mapping
 
 STATE = ".recording.json"
-FULL_BELOW = (
-    400 << 20,
-    0.10,
-)  # bytes and share of the disk: twice what `status` warns of; the smaller counts
+# Bytes and share of the disk, of which the smaller counts: twice what `status` warns of.
+FULL_BELOW = 400 << 20, 0.10
 _LOOK = 0.25  # s
 _CLOSES_WITHIN = 40.0  # s for a recorder to write what it still has
 _LAST = 3  # lines of its output
