@@ -16,12 +16,23 @@ class Output(io.FileIO):
 
     failure: OSError | None = None
 
+    def __init__(self, file: int, mode: str, *, closefd: bool = True) -> None:
+        super().__init__(file, mode, closefd=closefd)
+        self._written: list[int] = []
+
     def write(self, data: object, /) -> int:
-        """Writes, or keeps the first error; returns as many bytes as there were."""
+        """Writes, or keeps the first error; returns as many bytes as there were.
+
+        After a write that Ctrl-C interrupts when the bytes are out, a buffer writes them again: they are not
+        written twice.
+        """
         length = memoryview(data).nbytes  # type: ignore[arg-type]
         if self.failure is None:
             try:
-                return super().write(data)  # type: ignore[arg-type]
+                if not self._written:  # written and kept in one call, in which nothing can be raised between
+                    self._written.extend(map(super().write, (data,)))  # type: ignore[arg-type]
+                length = self._written[0]
+                del self._written[:]
             except BlockingIOError:
                 raise
             except OSError as error:

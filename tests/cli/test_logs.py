@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import io
 import json
 import os
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -105,3 +107,29 @@ def test_following_ends_when_nobody_reads_it(
     stdout = io.TextIOWrapper(io.BufferedWriter(streams.Output(writer, "w")))
     monkeypatch.setattr(sys, "stdout", stdout)
     assert logs([(LAPTOP, log(LAPTOP, (1.0, "a"))), (PI, log(PI))], "--follow")[0] == exit_codes.OK
+
+
+class Interrupted(Exception):  # noqa: N818  (KeyboardInterrupt would end pytest)
+    """What a handler raises."""
+
+
+def test_ctrl_c_after_a_line_does_not_print_it_again() -> None:
+    def interrupt(*_: object) -> None:
+        raise Interrupted
+
+    reader, writer = os.pipe()
+    stdout = io.TextIOWrapper(io.BufferedWriter(streams.Output(writer, "w")))
+    before = signal.signal(signal.SIGIO, interrupt)
+    try:  # the write itself sends the signal
+        fcntl.fcntl(reader, fcntl.F_SETOWN, os.getpid())
+        fcntl.fcntl(reader, fcntl.F_SETFL, os.O_ASYNC | os.O_NONBLOCK)
+        for line in ("a", "b"):
+            with pytest.raises(Interrupted):
+                print(line, file=stdout, flush=True)
+    finally:
+        signal.signal(signal.SIGIO, signal.SIG_IGN)
+        stdout.close()
+        written = os.read(reader, 100)
+        os.close(reader)
+        signal.signal(signal.SIGIO, before)
+    assert written == b"a\nb\n"

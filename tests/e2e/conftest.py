@@ -40,11 +40,13 @@ LONGEST = (
     "test_mode_change.py",
     "test_units_come_back.py",
     "test_containers.py",
+    "test_record.py",
     "test_late_hosts.py",
     "test_own_robot_page.py",
     "test_hosts.py",
     "test_driver_table.py",
     "test_lab_fleet.py",
+    "test_second_day.py",
 )
 NOT_LAB = ("test_dead_man_page.py",)
 

@@ -54,11 +54,14 @@ def test_wherever_a_host_stalls_it_is_given_up_on(sshd: Sshd, transport: AnySsh,
 
 
 def test_a_connection_that_ends_before_the_login_is_named(
-    sshd: Sshd, transport: AnySsh, make: MakeTransport
+    sshd: Sshd, tmp_path: Path, make: MakeTransport
 ) -> None:
-    with proxy(sshd.port) as way, transport.connect(sshd.target(port=way.port)):
-        whole = way.down
-    once = make(attempts=1)
+    once, stranger = make(attempts=1), tmp_path / "stranger"
+    servers.make_key(stranger)
+    with proxy(sshd.port) as way:
+        with pytest.raises(HostError), once.connect(sshd.target(port=way.port, identities=(stranger,))):
+            raise AssertionError("it logged in")
+        refused = way.down  # bytes: of a login, an unknown number may come after its end
     begun = sshd.log.count("session opened")
 
     def end(after: int) -> HostError:
@@ -67,7 +70,7 @@ def test_a_connection_that_ends_before_the_login_is_named(
                 raise AssertionError("it logged in")
             return caught.value
 
-    for error in map(end, (0, 20, whole // 2, whole - 60)):
+    for error in map(end, (0, 20, refused // 2, refused - 60)):
         assert re.search("^pi .*closed the connection", str(error)), str(error)
     assert sshd.log.count("session opened") == begun
 
