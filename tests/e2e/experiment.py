@@ -13,6 +13,7 @@ from pathlib import Path
 from swarmctl.cli import exit_codes
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
+from tests.child_process import child_process
 from tests.e2e import whole_graph
 from tests.e2e.lab_swarm import (
     LEADER,
@@ -24,6 +25,7 @@ from tests.e2e.lab_swarm import (
     until,
 )
 from tests.loading import load_swarm
+from tests.timing import PATIENCE
 
 EXAMPLES = ROOT / "examples"
 PAD = (EXAMPLES / "gamepad.py").read_text("utf-8")
@@ -62,16 +64,13 @@ class Experiment:
     def gamepad(self) -> Iterator[Gamepad]:
         """A gamepad at the leader's host. Entered once the joystick program subscribes to it."""
         argv = self.lab.shell_argv(LEADER, f"{SOURCE}; exec python3 -uc {quoted(PAD)}")
-        pipe = subprocess.PIPE
-        with subprocess.Popen(argv, stdin=pipe, stdout=subprocess.DEVNULL, text=True) as process:
-            try:
-                island = self.spec.islands[0].name
-                until(lambda: self.publishers("/joy", island), "no gamepad is announced")
-                yield Gamepad(process)
-            finally:
-                assert process.stdin is not None
-                process.stdin.close()
-                process.wait(10)
+        with child_process(argv, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
+            island = self.spec.islands[0].name
+            until(lambda: self.publishers("/joy", island), "no gamepad is announced")
+            yield Gamepad(process)
+            assert process.stdin is not None
+            process.stdin.close()
+            process.wait(PATIENCE)
 
     def publishers(self, topic: str, island: str) -> list[str]:
         """The nodes other than the joystick that an island's master lists as publishers of ``topic``."""

@@ -20,6 +20,7 @@ import pytest
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
 from swarmctl.render.middleware import middleware_of
+from tests.child_process import child_process
 from tests.e2e import forked
 from tests.e2e.forked import Process, console_script
 from tests.e2e.pose import Pose, wrapped
@@ -335,9 +336,8 @@ class LabSwarm:
         publish = self.ros.publish(f"/{robot}/cmd_vel", linear, angular, rate)
         command = f"{source}; echo $$; exec {publish}"
         argv = self.shell_argv(host, command)
-        with subprocess.Popen(
-            argv, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-        ) as process:
+        nothing = subprocess.DEVNULL
+        with child_process(argv, stdin=nothing, stdout=subprocess.PIPE, stderr=nothing) as process:
             assert process.stdout is not None
             publisher = Publisher(self, host, process, int(process.stdout.readline()))
             try:
@@ -345,7 +345,6 @@ class LabSwarm:
             finally:
                 with suppress(SshError, subprocess.TimeoutExpired):
                     publisher.kill()
-                process.kill()
 
     def seconds_to_standstill(self, *robots: str) -> dict[str, float]:
         """How long each robot still moves, from now on."""

@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 
+from tests.child_process import child_process
 from tests.e2e.lab_needs import skip_without_wheels
 from tests.e2e.lab_swarm import SOURCE, LabSwarm, lab_of, quoted
 from tests.e2e.pose import Pose, wrapped
@@ -110,11 +111,8 @@ def using(swarm: LabSwarm, robots: Mapping[str, Any]) -> Iterator[User]:
     script, pipe = USER.read_text("utf-8"), subprocess.PIPE
     command = f"{SOURCE}; exec python3 -uc {quoted(script)} {quoted(json.dumps(robots))}"
     argv = swarm.shell_argv(HOST, command)
-    with subprocess.Popen(argv, stdin=pipe, stdout=pipe, text=True) as process:
-        try:
-            yield User(process)
-        finally:
-            process.kill()
+    with child_process(argv, stdin=pipe, stdout=pipe) as process:
+        yield User(process)
 
 
 @pytest.fixture(scope="module", params=["noetic", "jazzy"])

@@ -11,6 +11,7 @@ import pytest
 
 from swarmctl.lab import lab, paths
 from swarmctl.lab.lab_plan import plan_of
+from tests.child_process import child_process
 from tests.lab.lab_values import SPEC, swarm_from
 from tests.lab.tiny_labs import SWARMCTL, in_a_lab, quiet, succeeds
 from tests.timing import PATIENCE, wait_for
@@ -45,7 +46,7 @@ def test_a_command_on_hosts(spec: Path) -> None:
     for command in ("sleep 9999", "sudo sleep 9999"):
         able = ("env", "--default-signal=INT")  # workers of pytest ignore Ctrl-C
         words = (*able, SWARMCTL, "exec", spec, "--lab", "-f", "*", "--", f"echo begun; {command}")
-        with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        with child_process(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
             assert running.stdout is not None
             begun = sorted(running.stdout.readline() for _ in range(2))
             assert begun == ["alpha: begun\n", "beta: begun\n"]

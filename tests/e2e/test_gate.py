@@ -14,10 +14,11 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli import exit_codes
+from tests.child_process import child_process
 from tests.e2e.gated import CART, DESK, EXECUTED, PI, SPEED, Gated, recovers
 from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, lab_of, moves, quoted, until
 from tests.e2e.node_ends import BACK, ends_and_is_back
-from tests.timing import Promise
+from tests.timing import PATIENCE, Promise
 
 pytestmark = pytest.mark.slow
 
@@ -222,7 +223,7 @@ def test_gate_and_driver_run_again_however_they_end(fleet: LabSwarm, promise: Pr
 
 def test_a_commander_that_sends_no_number_stops_the_robot(fleet: LabSwarm, promise: Promise) -> None:
     command = f"{SOURCE}; exec python3 -c {quoted(ODD)}"
-    with subprocess.Popen(fleet.shell_argv(PI, command), stdout=subprocess.PIPE, text=True) as commander:
+    with child_process(fleet.shell_argv(PI, command), stdout=subprocess.PIPE) as commander:
         assert commander.stdout is not None
         until(lambda: moves(fleet.robot(EXECUTED)), f"{EXECUTED} does not move")
         assert commander.stdout.readline() == "odd\n"
@@ -230,7 +231,7 @@ def test_a_commander_that_sends_no_number_stops_the_robot(fleet: LabSwarm, promi
         fleet.seconds_to_standstill(EXECUTED)
         took = time.monotonic() - began
         place = fleet.robot(EXECUTED)["distance"]
-        assert commander.wait(20) == 0
+        assert commander.wait(PATIENCE) == 0
     promise("cart of a vendor: NaN commanded, until it stands", took, NOT_A_NUMBER)
     assert fleet.robot(EXECUTED)["distance"] == place
 

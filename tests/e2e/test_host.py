@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 
+from tests.child_process import child_process
 from tests.e2e.lab_swarm import (
     HOME,
     LEADER,
@@ -15,6 +16,7 @@ from tests.e2e.lab_swarm import (
     Note,
     until,
 )
+from tests.timing import PATIENCE
 
 EXPOSED_AT_MOST = 2.0
 
@@ -59,18 +61,14 @@ def test_units_expose_little(swarm: LabSwarm, note: Note) -> None:
 def test_the_launch_files_work_by_hand(swarm: LabSwarm) -> None:
     swarm.shell("k3-pi", "sudo systemctl stop swarm-newswarm.k3")
     command = f"{SOURCE}; echo $$; exec roslaunch {HOME}/current/launch/swarm.launch"
-    with subprocess.Popen(
-        swarm.shell_argv("k3-pi", command), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-    ) as launch:
+    argv = swarm.shell_argv("k3-pi", command)
+    with child_process(argv, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as launch:
         assert launch.stdout is not None
         pid = int(launch.stdout.readline())
-        try:
-            with swarm.driving(LEADER, "k3", 0.1):
-                assert swarm.robot("k3")["v"] == pytest.approx(0.1, rel=0.05)
-            swarm.shell("k3-pi", f"kill -INT {pid}")
-            launch.communicate(timeout=15)
-        finally:
-            launch.kill()
+        with swarm.driving(LEADER, "k3", 0.1):
+            assert swarm.robot("k3")["v"] == pytest.approx(0.1, rel=0.05)
+        swarm.shell("k3-pi", f"kill -INT {pid}")
+        launch.communicate(timeout=PATIENCE)
     swarm.seconds_to_standstill("k3")
     swarm.shell("k3-pi", "sudo systemctl start swarm-newswarm.k3")
     until(lambda: swarm.units("k3-pi")["k3"].active == "active", "the unit does not start again")

@@ -14,9 +14,10 @@ import pytest
 import yaml
 
 from tests import ROOT
+from tests.child_process import child_process
 from tests.e2e.lab_swarm import LabSwarm, lab_of, moves, until
 from tests.e2e.ros_peers import roswtf, view
-from tests.timing import Promise
+from tests.timing import PATIENCE, Promise
 
 PART = "desk,host:tb3-[01-04],host:p3-[01-03],host:epuck-pi-1,host:rover-pi-[1-2],host:uav-pi"
 GROUPS = {
@@ -46,15 +47,14 @@ def fleet(workplace: Path) -> Iterator[LabSwarm]:
 def circling(swarm: LabSwarm, group: str) -> Iterator[None]:
     """The program of a group, as a person starts it at the desk, until its end."""
     command = f"timeout -s INT 60 {HOME}/bin/circle-{group}"
-    with subprocess.Popen(
-        swarm.shell_argv("desk", command), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    ) as process:  # fmt: skip
+    nothing = subprocess.DEVNULL
+    argv = swarm.shell_argv("desk", command)
+    with child_process(argv, stdin=nothing, stdout=nothing, stderr=nothing) as process:
         try:
             yield
         finally:
             swarm.shell("desk", "pkill -INT -f '[c]ircle.py' || true")
-            process.wait(20)
+            process.wait(PATIENCE)
 
 
 def test_all_of_it_is_healthy(fleet: LabSwarm, promise: Promise) -> None:

@@ -16,6 +16,7 @@ from playwright.sync_api import expect
 
 from swarmctl.cli import exit_codes
 from swarmctl.lab import lab
+from tests.child_process import child_process
 from tests.e2e.lab_swarm import SWARMCTL, LabSwarm, until
 from tests.timing import PATIENCE, Promise
 from tests.ui.browser import chromium, opened
@@ -68,14 +69,13 @@ def test_a_report_has_the_cause_and_the_logs_and_no_secret(
 
 def shows_on_the_page(file: Path) -> None:
     command = [str(SWARMCTL), "ui", "--from", str(file)]
-    with chromium() as browser, subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as served:
-        try:
-            assert served.stdout is not None
-            with opened(browser, served.stdout.readline().strip()) as page:
-                expect(page.locator("#age")).to_contain_text("as of ", timeout=1000 * PATIENCE)
-                page.locator("#findings button", has_text="device k3").click()
-                expect(page.locator("#details")).to_contain_text("Remedy:")
-                gone = page.locator("#log .level-error", has_text="/dev/swarm/k3 is gone")
-                expect(gone.first).to_be_visible(timeout=1000 * PATIENCE)
-        finally:
-            served.send_signal(signal.SIGINT)
+    with chromium() as browser, child_process(command, stdout=subprocess.PIPE) as served:
+        assert served.stdout is not None
+        with opened(browser, served.stdout.readline().strip()) as page:
+            expect(page.locator("#age")).to_contain_text("as of ", timeout=1000 * PATIENCE)
+            page.locator("#findings button", has_text="device k3").click()
+            expect(page.locator("#details")).to_contain_text("Remedy:")
+            gone = page.locator("#log .level-error", has_text="/dev/swarm/k3 is gone")
+            expect(gone.first).to_be_visible(timeout=1000 * PATIENCE)
+        served.send_signal(signal.SIGINT)
+        assert served.wait(PATIENCE) == exit_codes.OK

@@ -63,7 +63,6 @@ def test_all_that_people_look_at_agrees_on_a_pulled_cable(
     recording = swarm.begin("record", "/k3/*", "--limit", "k3-pi", "--out", str(bags), "--json")
     wait_for(partial(is_recording, swarm, "k3-pi"), interval=0.2)
     with chromium() as browser:
-        expect.set_options(timeout=1000 * PATIENCE)
         with page_of(swarm.begin("ui"), browser) as page:
             until(lambda: state(page) in FINE, "the page shows no state")
             try:

@@ -28,7 +28,6 @@ GONE = 6.0  # s
 def page(swarm: LabSwarm) -> Iterator[Page]:
     """The page once it shows that all is well, and the connection of each host that it looks at."""
     with chromium() as browser:
-        expect.set_options(timeout=1000 * PATIENCE)
         process = swarm.begin("ui", "--control")
         try:
             assert process.stdout is not None

@@ -21,6 +21,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli import exit_codes
+from tests.child_process import child_process
 from tests.e2e.lab_needs import workspace_with
 from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, lab_of, quoted, until
 from tests.timing import Promise
@@ -237,15 +238,11 @@ def test_a_killed_driver_is_named_and_comes_back(fleet: LabSwarm, burger: Odomet
     """Killed again and again: systemd starts another each time."""
     node = "turtlebot3_fake_node"
     killing = f"while sleep 0.2; do for one in $(pidof {node}); do kill -9 $one; done; done"
-    with subprocess.Popen(
-        fleet.shell_argv(PI, f"exec timeout 120 sh -c {quoted(killing)}"), stdin=subprocess.DEVNULL
-    ) as killer:
-        try:
-            until(lambda: UNIT in fleet.swarmctl("status").out, "status does not name the driver's unit")
-            lost = "no node subscribes to /tb/gate/cmd_vel: commands do not reach the driver"
-            until(lambda: unhealthy_with(fleet, lost), "status does not name the lost driver")
-        finally:
-            killer.kill()
+    argv = fleet.shell_argv(PI, f"exec timeout 120 sh -c {quoted(killing)}")
+    with child_process(argv, stdin=subprocess.DEVNULL):
+        until(lambda: UNIT in fleet.swarmctl("status").out, "status does not name the driver's unit")
+        lost = "no node subscribes to /tb/gate/cmd_vel: commands do not reach the driver"
+        until(lambda: unhealthy_with(fleet, lost), "status does not name the lost driver")
     fleet.shell(PI, f"for one in $(pgrep -x timeout); do kill $one; done; sudo systemctl restart {UNIT}")
     until(drives(burger, *LIMITED), "the pilot's robot does not drive again")
     recovers(fleet)

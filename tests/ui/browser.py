@@ -8,7 +8,9 @@ from contextlib import contextmanager
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+from tests.timing import PATIENCE
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 WIDE, PHONE = (1280, 860), (375, 740)  # px
@@ -20,6 +22,7 @@ def chromium() -> Iterator[Browser]:
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         pytest.skip("needs Chromium: apt install chromium")
+    expect.set_options(timeout=1000 * PATIENCE)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         yield browser
@@ -31,6 +34,7 @@ def opened(browser: Browser, url: str, size: tuple[int, int] = WIDE) -> Iterator
     """The page at ``url``. Fails at the end if it has complained, or has sent a request to another server."""
     complaints: list[str] = []
     page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+    page.set_default_timeout(1000 * PATIENCE)
     page.on("console", lambda one: complaints.append(one.text) if one.type in ("error", "warning") else None)
     page.on("pageerror", lambda one: complaints.append(str(one)))
     page.on("request", lambda one: complaints.append(one.url) if foreign(one.url, url) else None)

@@ -34,7 +34,6 @@ NASTY = '<img src=x onerror="alert(1)"></script>'
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     with chromium() as found:
-        expect.set_options(timeout=1000 * PATIENCE)
         yield found
 
 
@@ -204,13 +203,10 @@ def test_the_arena_shows_poses_in_the_map_and_a_click_selects(shown: tuple[Page,
     page.get_by_role("button", name="Arena").click()
     robots = {"koala": report(pose=[1.0, 0.0, 0.0]), "k3": report(), "epuck": report(pose=[0.0, 3.0, 0.0])}
     pages.send("telemetry", {"robots": robots, "missing": []})
-    page.wait_for_timeout(200)
+    wait_for(lambda: page.evaluate("trails().size") == len(robots), interval=0.05)
     # It looks along y from (1, 0.5), so that 1 m ahead is (1, 1.5).
-    assert page.evaluate("inMap('koala', [1, 0, 0]).map((one) => Number(one.toFixed(6)))") == [
-        1.0,
-        1.5,
-        1.570796,
-    ]
+    place = page.evaluate("inMap('koala', [1, 0, 0]).map((one) => Number(one.toFixed(6)))")
+    assert place == [1.0, 1.5, 1.570796]
     assert "koala" not in page.locator("#placeless").inner_text()
     place = page.evaluate("(([s, x, y]) => [x + s * 1.0, y - s * 1.5])(fitted(trails()))")
     page.locator("#arena canvas").click(position={"x": place[0], "y": place[1]})
@@ -257,11 +253,11 @@ def test_buttons_are_there_with_control_alone(browser: Browser) -> None:
     with served(control=True) as (url, pages), opened(browser, url) as page:
         wait_for(pages.opened.is_set)
         page.get_by_role("button", name="Stop all robots").click()
-        assert pages.requests.get() == ("stop", [])
+        assert pages.requests.get(timeout=PATIENCE) == ("stop", [])
         node(page, "robot:k3").click()
         page.get_by_role("button", name="Release it").click()
-        assert pages.requests.get() == ("log", ["robot:k3"])
-        assert pages.requests.get() == ("start", ["k3"])
+        assert pages.requests.get(timeout=PATIENCE) == ("log", ["robot:k3"])
+        assert pages.requests.get(timeout=PATIENCE) == ("start", ["k3"])
         pages.send("result", {"text": "k3  stands: by its wheels, 0.12 s after the command"})
         expect(page.locator("#results")).to_have_text("k3  stands: by its wheels, 0.12 s after the command")
 
@@ -270,7 +266,7 @@ def test_a_robot_shows_its_log(shown: tuple[Page, Pages]) -> None:
     page, pages = shown
     pages.send("status", well())
     node(page, "robot:k3").click()
-    assert pages.requests.get() == ("log", ["robot:k3"])
+    assert pages.requests.get(timeout=PATIENCE) == ("log", ["robot:k3"])
     pages.send(
         "log", messages.log("robot:koala", [Entry(0.0, "koala-laptop", "koala", "info", "of another")])
     )
@@ -278,7 +274,7 @@ def test_a_robot_shows_its_log(shown: tuple[Page, Pages]) -> None:
     expect(page.locator("#log .level-error")).to_contain_text("k3  error  no answer")
     expect(page.locator("#log > *")).to_have_count(1)
     page.get_by_role("button", name="Reload").click()
-    assert pages.requests.get() == ("log", ["robot:k3"])
+    assert pages.requests.get(timeout=PATIENCE) == ("log", ["robot:k3"])
 
 
 def test_no_name_or_message_is_html(browser: Browser) -> None:

@@ -12,7 +12,8 @@ import sys
 import time
 from pathlib import Path
 
-from tests.onboard.multimaster.many_islands import Archipelago, address, parameters
+from tests.onboard.multimaster.many_islands import Archipelago, address, parameters, sync_node
+from tests.timing import PATIENCE, wait_for
 
 TOPIC, KIND = "/north/chatter", "std_msgs/String"
 TALKER = f"""
@@ -31,7 +32,6 @@ rospy.init_node("listener", disable_signals=True)
 rospy.Subscriber("{TOPIC}", String, lambda _: print(time.monotonic(), flush=True))
 time.sleep(1e6)
 """
-PATIENCE = 20.0
 
 
 class Conversation:
@@ -78,6 +78,10 @@ class Conversation:
         self.islands.start_master(island)
         self.start(island, node)
 
+    def sync_uri(self) -> object:
+        """The slave API under which the sync of the listener's island is registered there."""
+        return self.islands.master("east").lookupNode("/checker", sync_node("east"))
+
     def break_connections(self) -> None:
         """Destroy the listener's sockets to the talker; it gets an error."""
         self.islands.run_in("east", "ss", "-4", "-t", "-K", "dst", address("north"))
@@ -99,10 +103,11 @@ def main() -> None:
     figures["quiet while cut"] = quiet and talk.quiet(3.0)
     talk.islands.heal()
     figures["healed after the connection broke"] = talk.seconds_until_received()
+    killed = talk.sync_uri()
     talk.islands.end_sync("east", signal.SIGKILL)
     talk.islands.start_sync("east")
     figures["sync killed"] = talk.seconds_until_received()
-    time.sleep(2.0)
+    wait_for(lambda: talk.sync_uri() != killed)  # what the killed one has registered is now its own
     figures["sync stopped"] = round(talk.islands.end_sync("east", signal.SIGTERM), 2)
     state = talk.islands.master("east").getSystemState("/checker")[2][0]
     figures["left behind"] = [topic for topic, _ in state if topic == TOPIC]

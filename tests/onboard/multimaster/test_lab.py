@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,6 +14,7 @@ import pytest
 
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import image, processes
+from tests.timing import Promise
 
 HERE = Path(__file__).parent
 SEED = 20151113
@@ -59,11 +61,11 @@ def test_all_masters_match_the_model_after_a_thousand_events(disk: Path, note: N
 
 
 @pytest.mark.lab
-def test_a_rospy_listener_receives_again_after_every_fault(disk: Path, note: Note) -> None:
+def test_a_rospy_listener_receives_again_after_every_fault(disk: Path, promise: Promise) -> None:
     figures = run("rospy_conversation.py", disk)
     assert figures.pop("quiet while cut") is True
     assert figures.pop("left behind") == []
-    assert figures.pop("sync stopped") < 3.0
+    promise("static multimaster: from SIGTERM to its end", figures.pop("sync stopped"), 3)
     for what, seconds in figures.items():
-        note(f"static multimaster, a listener receives again: {what}", f"{seconds} s", "<= 10 s")
-    assert {what: seconds for what, seconds in figures.items() if seconds > 10.0} == {}
+        promise(f"static multimaster, a listener receives again: {what}", seconds, 10)
+        assert seconds != math.inf, what
