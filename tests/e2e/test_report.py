@@ -41,9 +41,11 @@ def test_a_report_has_the_cause_and_the_logs_and_no_secret(
     lab.unplug(swarm.name, "k3")
     try:
         until(lambda: "✗ device k3" in swarm.swarmctl("status").out, "status does not see the cable")
-        pid = "$(systemctl show --property MainPID --value swarm-newswarm.k3.service)"
+        unit = "swarm-newswarm.k3.service"
+        pid = f"$(systemctl show --property MainPID --value {unit})"
         entry = f"MESSAGE=the PIN is {operators_pin}\\nOBJECT_PID={pid}\\n"
-        swarm.shell("k3-pi", f'printf "{entry}" | sudo logger --journald')
+        log = f'printf "{entry}" | sudo logger --journald; sudo journalctl --unit {unit} --lines 50'
+        until(lambda: operators_pin in swarm.shell("k3-pi", log), "the unit has no such entry")
         written = swarm.swarmctl("report", "-o", str(file))
     finally:
         lab.plug(swarm.name, "k3")
