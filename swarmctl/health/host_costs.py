@@ -10,7 +10,7 @@ from swarm_onboard.agent.cost_messages import CostsAnswer
 
 from swarmctl.health.unit_costs import UnitCost, between
 from swarmctl.remote import agent_client
-from swarmctl.remote.parallel_hosts import bugs_as_errors
+from swarmctl.remote.parallel_hosts import WAKES, bugs_as_errors
 from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
 
 _AGAIN = 1.0  # s until a host that failed is connected to again
@@ -30,7 +30,8 @@ class HostCosts:
 
     def wait_for_all(self) -> None:
         """Returns once every host has answered, or has an error."""
-        self._all.wait()
+        while not self._all.wait(WAKES):
+            pass
 
     def latest(self) -> Mapping[str, list[UnitCost] | HostError]:
         """The last answer or error of each host that has one, in the order of the targets."""

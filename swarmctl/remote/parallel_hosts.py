@@ -20,6 +20,7 @@ R = TypeVar("R")
 R_co = TypeVar("R_co", covariant=True)
 Work = Callable[[Session, Target, Callable[[str], None]], R]
 """The function to run on a host: gets its session, its target and a callback for notes on progress."""
+WAKES = 0.5  # s until a wait of the main thread begins anew: a Ctrl-C just before one is seen after it
 
 
 @dataclass(frozen=True)
@@ -200,7 +201,10 @@ def each(
     left = len(waiting)
     try:
         while left:
-            event = events.get()
+            try:
+                event = events.get(timeout=WAKES)
+            except Empty:
+                continue
             left -= isinstance(event, Finished | Skipped)
             yield event
     finally:

@@ -219,3 +219,30 @@ def test_ctrl_c_sets_the_stop_and_its_handler_is_restored() -> None:
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is before
+
+
+class Interrupted(Exception):  # noqa: N818  (KeyboardInterrupt would end pytest)
+    """What a handler raises."""
+
+
+def test_a_signal_just_before_a_wait_interrupts_it() -> None:
+    """As one that another thread receives: the wait itself goes on."""
+
+    def interrupt(*_: object) -> None:
+        raise Interrupted
+
+    def work(session: Session, target: Target, notify: Notify) -> None:
+        assert isinstance(session, FakeSession)
+        time.sleep(0.05)
+        signal.pthread_kill(threading.get_ident(), signal.SIGUSR1)
+        if not session.closed.wait(PATIENCE):
+            overdue.append(target.host)
+
+    overdue: list[str] = []
+    before = signal.signal(signal.SIGUSR1, interrupt)
+    try:
+        with pytest.raises(Interrupted):
+            list(parallel_hosts.run(targets("a"), work, transport=FakeTransport(), parallel=1))
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    assert overdue == []

@@ -85,7 +85,8 @@ def _show_hosts(spec: SpecFiles, port: int, *, control: bool, lab: bool, lab_nam
         _answer(pages, partial(_log, looked.graph, watch), robots.do)
         with _shown(url):
             while True:
-                pages.opened.wait()
+                if not pages.opened.wait(_SELDOM):
+                    continue
                 watch.start()
                 try:
                     while pages.opened.is_set():
@@ -150,7 +151,8 @@ def _show_archive(archive: Path, bags: Path | None, port: int) -> NoReturn:
         _answer(pages, lambda names: messages.log_of(names[0], entries), lambda action, names: ())
         with _shown(url):
             while True:
-                pages.opened.wait()
+                if not pages.opened.wait(_SELDOM):
+                    continue
                 pages.send("status", messages.status(look.status, 0.0))
                 time.sleep(_SELDOM)
 
