@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.report import Report
 from swarm_onboard.driver.actuators import ActuatorSettings
 from swarm_onboard.driver.driver import Driver, Phase
 from swarm_onboard.driver.kinematics import Pose
@@ -23,6 +24,7 @@ _TOO_SLOW, _TOO_FAST = 0.5, 1.25  # times the limit, measured over half a second
 _SETTLED = 0.3  # s after the first velocity, from which the wheels are measured
 _COMMANDS, _MAX_COMMANDS = 0.9, 3.0  # s; on a loaded machine until the wheels are measured
 _EVERY = 0.05  # s
+_REPORTS = 10.0  # Hz
 _READY = 10.0  # s
 _LATE = 0.1  # s that a stop may be late, beyond the reply timeout
 _WHEELS_LATE = 0.4  # s until counters, read ten times a second, stand
@@ -30,13 +32,17 @@ _WHEELS_LATE = 0.4  # s until counters, read ten times a second, stand
 
 @dataclass
 class Run:
-    """What a driver did: bytes written, time of its first and last command, poses."""
+    """What a driver did: bytes written, time of its first and last command, poses.
+
+    ``jumps``: how often the counters moved as far as no wheel can; its odometry leaves that out.
+    """
 
     clock: Callable[[], float]
     written: list[tuple[float, bytes]] = field(default_factory=list)
     first: float = 0.0
     last: float = 0.0
     poses: list[tuple[float, Pose]] = field(default_factory=list)
+    jumps: int = 0
 
     def odometry(self, pose: Pose) -> None:
         """Records a pose and its time."""
@@ -45,8 +51,9 @@ class Run:
     def reading(self, sensor: object, values: object) -> None:
         """Ignored."""
 
-    def report(self, report: object) -> None:
-        """Ignored."""
+    def report(self, report: Report) -> None:
+        """Keeps the number of jumps."""
+        self.jumps = int(report.values["odometry jumps"])
 
     def event(self, level: object, text: str) -> None:
         """Ignored."""
@@ -59,29 +66,20 @@ class Run:
     @property
     def speed(self) -> float | None:
         """Speed of the faster wheel during the commands, m/s, from the driver's odometry."""
-        seen = self._commanded
+        seen = [(at, one) for at, one in self.poses if self.first + _SETTLED <= at <= self.last]
         if len(seen) < 2:
             return None
         return max(map(abs, speeds_between(seen[0], seen[-1])))
 
     @property
-    def jumped(self) -> bool:
-        """True if the odometry stood during the commands: the driver drops what no wheel can do."""
-        return any(_stands(before, now) for (_, before), (_, now) in pairwise(self._commanded))
-
-    @property
-    def _commanded(self) -> list[tuple[float, Pose]]:
-        return [(at, one) for at, one in self.poses if self.first + _SETTLED <= at <= self.last]
-
-    @property
     def stood(self) -> float | None:
         """When the wheels were first standing after the last command; None if never."""
         after = [one for one in self.poses if one[0] > self.last]
-        return next((at for (_, before), (at, now) in pairwise(after) if _stands(before, now)), None)
-
-
-def _stands(before: Pose, now: Pose) -> bool:
-    return (before.left, before.right) == (now.left, now.right)
+        still = [
+            at for (_, before), (at, now) in pairwise(after)
+            if (before.left, before.right) == (now.left, now.right)
+        ]  # fmt: skip
+        return still[0] if still else None
 
 
 class NoRos:
@@ -138,8 +136,9 @@ def _run(bench: Bench, linear: float) -> Run:
 
     commands = CommandMailbox(bench.clock)
     outputs = ActuatorSettings(bench.config.actuators, commands.ring, bench.clock)
+    config = replace(bench.config, diagnostics_rate=_REPORTS)
     driver = Driver(
-        bench.config, commands, run, outputs, NoRos(), open_port=opened, clock=bench.clock
+        config, commands, run, outputs, NoRos(), open_port=opened, clock=bench.clock
     )  # fmt: skip
 
     def live(seconds: float, until: Callable[[], bool] = lambda: False) -> None:
@@ -181,7 +180,7 @@ def _measured_at_the_wheels(bench: Bench, run: Run, commanded: float, most: floa
         yield warn("dead-man of the driver", figure)
         return
     figure = f"{commanded:g} m/s results in {run.speed:.3f} m/s; the limit is {most:g}"
-    if _TOO_SLOW * most < run.speed < _TOO_FAST * most and not run.jumped:
+    if _TOO_SLOW * most < run.speed < _TOO_FAST * most and not run.jumps:
         yield ok("limits", figure)
     else:
         yield fail("limits", figure, "fix `speed` of the class or its counters")

@@ -137,6 +137,7 @@ def test_the_keyboard_alone_plays_and_moves(page: Page) -> None:
     page.wait_for_function("shownTime - first > 800")
     page.keyboard.press("Enter")
     expect(page.get_by_role("button", name="Play")).to_be_visible()
+    assert page.evaluate("shownTime - first") > 800
 
 
 def test_it_fits_a_phone(browser: Browser, url: str) -> None:
