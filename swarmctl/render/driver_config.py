@@ -91,6 +91,7 @@ def commander_params(commander: Commander) -> dict[str, Any]:
         "priority": commander.priority,
         "nodes": list(commander.nodes),
         "namespace": commander.namespace,
+        "hosts": list(commander.hosts),
         "addresses": list(commander.addresses),
     }
 

@@ -33,21 +33,26 @@ class Authority:
         if leader is not None:
             found = named or [Commander(leader, 0, addresses=self._addresses(leader))]
         else:
-            space = self._index.namespaces[robot]
-            own = Commander(host, OWN, namespace=space, addresses=self._addresses(host))
+            own = Commander(
+                host,
+                OWN,
+                namespace=self._index.namespaces[robot],
+                hosts=self._hosts(robot),
+                addresses=self._addresses(host),
+            )
             found = [*named, own]
         return tuple(sorted(found, key=lambda one: -one.priority))
 
     def _commander(self, by: str, priority: int) -> Commander:
         spec = self._index.spec
         if by in spec.programs:
-            program = spec.programs[by]
+            program, where = spec.programs[by], self._addresses(self._index.program_hosts[by])
             if program.names_its_node:
-                return Commander(by, priority, nodes=(self._index.program_nodes[by],))
+                return Commander(by, priority, nodes=(self._index.program_nodes[by],), hosts=where)
             # Only the launch file, the command or the container itself defines the names of its nodes.
-            return Commander(by, priority, addresses=self._addresses(self._index.program_hosts[by]))
+            return Commander(by, priority, addresses=where)
         if by in spec.robots:
-            return Commander(by, priority, namespace=self._index.namespaces[by])
+            return Commander(by, priority, namespace=self._index.namespaces[by], hosts=self._hosts(by))
         return Commander(by, priority, addresses=self._addresses(by))
 
     def leader_of(self, robot: str) -> str | None:
@@ -58,6 +63,18 @@ class Authority:
         spec = self._index.spec
         mode = Mode(spec.islands[island.name].mode) if spec.mode is Mode.COMBINED else spec.mode
         return island.hub if mode in (Mode.SINGLE_MINDED, Mode.LEADER) else None
+
+    def _hosts(self, robot: str) -> tuple[str, ...]:
+        """The addresses of the hosts on which nodes in the robot's namespace run."""
+        space = self._index.namespaces[robot]
+        programs = self._index.program_namespaces
+        inside = [
+            self._index.program_hosts[name]
+            for name, one in programs.items()
+            if f"{one}/".startswith(f"{space}/")
+        ]
+        found = (self._addresses(host) for host in (self._index.driving[robot], *inside))
+        return tuple(dict.fromkeys(address for of_host in found for address in of_host))
 
     def _addresses(self, host: str | None) -> tuple[str, ...]:
         spec = self._index.spec

@@ -62,23 +62,28 @@ _Placed = TypeVar("_Placed", "Robot", "Program")
 
 @dataclass(frozen=True)
 class Commander:
-    """A source of commands: nodes by name, every node in a namespace, every node with one of ``addresses``.
+    """A source of commands: nodes by name, or all in a namespace, on ``hosts``; and all at ``addresses``.
 
-    If several command at once, the driver follows the one with the highest ``priority``.
+    Both are addresses as nodes advertise them. If several command at once, the driver follows the one with
+    the highest ``priority``.
     """
 
     name: str
     priority: int
     nodes: tuple[str, ...] = ()
     namespace: str | None = None
+    hosts: tuple[str, ...] = ()
     addresses: tuple[str, ...] = ()
 
     def includes(self, node: str, address: str) -> bool:
-        """True if ``node`` at ``address`` belongs to this commander; the driver decides the same way."""
-        return (
-            node in self.nodes
-            or address.lower() in (one.lower() for one in self.addresses)
-            or (self.namespace is not None and node.startswith(self.namespace + "/"))
+        """True if ``node`` at ``address`` belongs to this commander; the driver decides the same way.
+
+        An empty address is that of a graph without hosts.
+        """
+        named = node in self.nodes or (self.namespace is not None and node.startswith(self.namespace + "/"))
+        host = address.lower()
+        return host in map(str.lower, self.addresses) or (
+            named and (not host or host in map(str.lower, self.hosts))
         )
 
 

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, until
+from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, Note, quoted, until
 from tests.timing import Promise
 
 STRANGER = "epuck-pi"
@@ -17,6 +17,25 @@ TWO = """\
   - {by: epuck-pi, of: [k3]}
   - {by: k3-pi, of: [k3], priority: 10}"""
 LOW, HIGH = 0.05, 0.1  # m/s
+# A node that the master lists on the leader; the connection that claims its name comes from another host.
+FORGED = """
+import os, time, xmlrpc.client
+import rospy
+from geometry_msgs.msg import Twist
+master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+master.registerPublisher("/ghost", "/ghosts", "std_msgs/String", "http://LEADER:40000/")
+rospy.init_node("intruder")
+rospy.names.get_caller_id = lambda: "/ghost"
+publisher = rospy.Publisher("/k3/cmd_vel", Twist, queue_size=1)
+while publisher.get_num_connections() == 0:
+    time.sleep(0.01)
+command = Twist()
+command.linear.x = 0.1
+for _ in range(40):
+    publisher.publish(command)
+    time.sleep(0.05)
+master.unregisterPublisher("/ghost", "/ghosts", "http://LEADER:40000/")
+"""
 
 
 def test_commands_of_another_host_move_nothing_and_are_reported(swarm: LabSwarm, note: Note) -> None:
@@ -32,6 +51,13 @@ def test_commands_of_another_host_move_nothing_and_are_reported(swarm: LabSwarm,
         with swarm.driving(LEADER, "epuck", 0.05):
             assert "commanded by koala-laptop (/rostopic" in swarm.swarmctl("status").out
     assert swarm.robot("k3")["distance"] == place
+
+
+def test_a_connection_that_claims_to_be_of_the_leader_moves_nothing(swarm: LabSwarm) -> None:
+    place, leader = swarm.robot("k3")["distance"], swarm.hosts[LEADER]
+    swarm.shell(STRANGER, f"{SOURCE}; echo {quoted(FORGED.replace('LEADER', leader))} | python3 -")
+    assert swarm.robot("k3")["distance"] == place
+    assert f"/ghost on {swarm.hosts[STRANGER]} (" in swarm.diagnosis(LEADER, "k3")
 
 
 def test_the_leader_is_obeyed_while_a_stranger_shouts(swarm: LabSwarm) -> None:

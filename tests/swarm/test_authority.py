@@ -12,9 +12,10 @@ from tests.loading import load_swarm
 from tests.swarm.test_islands import BODY, COMBINED
 
 LEADER = Commander("laptop", 0, addresses=("192.168.77.10",))
-OWN_K3 = Commander("k3-pi", OWN, namespace="/k3", addresses=("192.168.77.11",))
-OWN_EPUCK = Commander("epuck-pi", OWN, namespace="/epuck", addresses=("192.168.77.12",))
-BY_KOALA = Commander("koala", 0, namespace="/koala")
+K3, EPUCK, LAPTOP = ("192.168.77.11",), ("192.168.77.12",), ("192.168.77.10",)
+OWN_K3 = Commander("k3-pi", OWN, namespace="/k3", hosts=K3, addresses=K3)
+OWN_EPUCK = Commander("epuck-pi", OWN, namespace="/epuck", hosts=EPUCK, addresses=EPUCK)
+BY_KOALA = Commander("koala", 0, namespace="/koala", hosts=LAPTOP)
 
 
 def swarm_in(folder: Path, mode: str, control: str) -> Swarm:
@@ -52,7 +53,7 @@ def swarm_in(folder: Path, mode: str, control: str) -> Swarm:
             "central",
             "k3",
             "control: [{by: follow, of: [k3]}]",
-            [Commander("follow", 0, nodes=("/k3/follow",)), OWN_K3],
+            [Commander("follow", 0, nodes=("/k3/follow",), hosts=K3), OWN_K3],
         ),
     ],
 )

@@ -41,6 +41,7 @@ class Publisher(Generic[M]):
     def unregister(self) -> None: ...
 
 class Subscriber(Generic[M]):
+    impl: Any
     def __init__(
         self,
         name: str,

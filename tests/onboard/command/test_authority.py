@@ -11,23 +11,27 @@ from swarm_onboard.command.authority import Authority, Commander, Sender, Standi
 
 TIMEOUT = 0.5
 LAPTOP, PI, STRANGE = "192.168.77.10", "192.168.77.11", "192.168.77.12"
-JOYSTICK = Commander("joystick", 7, nodes=("/joystick",))
+JOYSTICK = Commander("joystick", 7, nodes=("/joystick",), hosts=(LAPTOP,))
 LEADER = Commander("laptop", 0, addresses=(LAPTOP,))
-OWN = Commander("k3-pi", -1, namespace="/k3", addresses=(PI,))
+OWN = Commander("k3-pi", -1, namespace="/k3", hosts=(PI, STRANGE), addresses=(PI,))
 ALL = (LEADER, OWN, JOYSTICK)  # an arbiter puts them in order itself
 
 NOT_AMONG = "not among its commanders joystick, laptop, k3-pi"
 OTHERWISE = "(known as 192.168.77.10, 192.168.77.11: was it started with another ROS_IP?)"
 
 SENDERS = {
-    Sender("/joystick", STRANGE): 7,
-    Sender("/joystick", None): 7,
+    Sender("/joystick", LAPTOP): 7,
+    Sender("/joystick", ""): 7,
+    Sender("/joystick", PI): -1,
     Sender("/rostopic_1", LAPTOP): 0,
     Sender("/rostopic_2", LAPTOP): 0,
-    Sender("/k3/wander", None): -1,
+    Sender("/k3/wander", STRANGE): -1,
     Sender("/wander", PI): -1,
     Sender("/rostopic_3", STRANGE): None,
     Sender("/rostopic_4", None): None,
+    Sender("/joystick", STRANGE): None,
+    Sender("/joystick", None): None,
+    Sender("/k3/wander", None): None,
     Sender("/k3", None): None,
     Sender("/k30/wander", STRANGE): None,
 }
@@ -59,7 +63,7 @@ def test_at_any_moment_at_most_one_sender_is_obeyed(steps):
 
 @given(MOMENTS)
 def test_the_highest_commander_is_never_refused(steps):
-    assert all(taken for _, sender, taken in history(steps) if sender.node == "/joystick")
+    assert all(taken for _, sender, taken in history(steps) if SENDERS[sender] == 7)
 
 
 @given(MOMENTS)
@@ -113,9 +117,14 @@ def test_refused_nodes_are_whole_names():
 @pytest.mark.parametrize(
     ("sender", "taken", "complaint"),
     [
-        (Sender("/joystick", STRANGE), True, ""),
+        (Sender("/joystick", LAPTOP), True, ""),
         (Sender("/rostopic_1", LAPTOP), True, ""),
-        (Sender("/k3/wander", None), True, ""),
+        (Sender("/k3/wander", STRANGE), True, ""),
+        (
+            Sender("/joystick", STRANGE),
+            False,
+            f"refuses /joystick on {STRANGE}: it has the name of a node of joystick, which is on {LAPTOP}",
+        ),
         (
             Sender("/rostopic_77", STRANGE),
             False,
@@ -139,7 +148,7 @@ def test_refused_nodes_are_whole_names():
         (
             Sender("/rostopic_77", None),
             False,
-            "refuses /rostopic_77: the master has not reported where it runs",
+            "refuses /rostopic_77: its connection has ended",
         ),
     ],
 )
@@ -190,6 +199,14 @@ def test_a_commander_that_is_silent_after_stops_releases_the_robot():
         assert not authority.admits(program, 1.05 + number / 10)
     assert not authority.admits(program, 1.69)
     assert authority.admits(program, 1.7)
+
+
+def test_a_stranger_with_a_commanders_name_is_reported_beside_it():
+    authority = Authority(ALL, TIMEOUT)
+    assert not authority.admits(Sender("/joystick", STRANGE), 1.0)
+    assert authority.admits(Sender("/joystick", LAPTOP), 1.1)
+    assert authority.standing(1.2).strangers.startswith("/joystick on 192.168.77.12 (1 command): it has")
+    assert authority.standing(1.2).commander == "joystick (/joystick)"
 
 
 def test_a_stranger_is_reported_while_it_sends_then_forgotten():

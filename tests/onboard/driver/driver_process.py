@@ -141,11 +141,10 @@ class _Server(ThreadingMixIn, SimpleXMLRPCServer):
 
 
 @contextmanager
-def master(nodes: Mapping[str, str], *, takes: float = 0.0) -> Iterator[str]:
-    """A ROS master that knows where ``nodes`` are and answers after ``takes`` seconds; its URI."""
+def master(nodes: Mapping[str, str]) -> Iterator[str]:
+    """A ROS master that knows where ``nodes`` are; its URI."""
 
     def lookup(_caller: str, node: str) -> list[Any]:
-        time.sleep(takes)
         return [1, "", nodes[node]] if node in nodes else [-1, "unknown node", ""]
 
     with _Server(("127.0.0.1", 0), logRequests=False) as server:

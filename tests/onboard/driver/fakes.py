@@ -22,7 +22,14 @@ from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.spec.catalog import load_catalog
 
 #: Whom a robot of these tests obeys, as its parameter file says it.
-TESTER = {"name": "tester", "priority": 0, "nodes": ["/tester"], "namespace": None, "addresses": []}
+TESTER = {
+    "name": "tester",
+    "priority": 0,
+    "nodes": ["/tester"],
+    "namespace": None,
+    "hosts": ["192.168.77.10"],
+    "addresses": [],
+}
 #: Every type that our own driver asks.
 TYPES = ("koala", "koala-2.5", "khepera3", "epuck", "epuck-binary", "epuck2")
 

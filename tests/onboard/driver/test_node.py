@@ -261,26 +261,25 @@ def test_a_useless_parameter_file_is_one_plain_line(program, text, complaint, tm
     assert "Traceback" not in ended.stderr
 
 
-LAPTOP = {"name": "laptop", "priority": 0, "nodes": [], "namespace": None, "addresses": ["192.168.77.10"]}
-WHERE = {"/rostopic_1": "http://192.168.77.10:40001/", "/rostopic_77": "http://192.168.77.12:40001/"}
+LAPTOP = {**TESTER, "name": "laptop", "nodes": [], "addresses": ["192.168.77.10"]}
+STRANGER = "/rostopic_77@192.168.77.12"
 
 
 def test_only_the_declared_commander_reaches_the_wheels(tmp_path):
     """The stranger is named, the commander is not held up, and the robot stops when the commander does."""
     with (
         wired("koala", tmp_path, commanders=[LAPTOP, TESTER]) as wiring,
-        master({**WHERE, "/driver": "http://here:1/"}) as uri,
-        running(wiring.config, ROS_MASTER_URI=uri) as node,
+        running(wiring.config) as node,
     ):
         node.wait_until_ready()
-        node.drive(1.5, 0.2, sender="/rostopic_77")
+        node.drive(1.5, 0.2, sender=STRANGER)
         assert wiring.pty.snapshot().distance == 0
         complaint = "refuses /rostopic_77 on 192.168.77.12: not among its commanders laptop, tester"
         wait_for(lambda: complaint in node.status()["message"])
         assert node.status()["level"] == 1
         for _ in range(10):
             node.command(0.1, sender="/rostopic_1")
-            node.command(0.4, sender="/rostopic_77")
+            node.command(0.4, sender=STRANGER)
             time.sleep(0.05)
         assert wiring.pty.snapshot().v == pytest.approx(0.1, rel=0.02)
 
@@ -289,37 +288,17 @@ def test_only_the_declared_commander_reaches_the_wheels(tmp_path):
             return node.values()["commander"]
 
         wait_for(lambda: commander() == "laptop (/rostopic_1)", interval=0.05)
-        node.drive(0.7, 0.4, sender="/rostopic_77")
+        node.drive(0.7, 0.4, sender=STRANGER)
         assert not wiring.moving()
 
 
-def test_the_first_order_of_a_commander_counts(tmp_path):
-    """People try `rostopic pub -1`: the one command waits for the master's answer, and is not lost."""
-    with (
-        wired("koala", tmp_path, commanders=[LAPTOP]) as wiring,
-        master({**WHERE, "/driver": "http://here:1/"}, takes=0.05) as uri,
-        running(wiring.config, ROS_MASTER_URI=uri) as node,
-    ):
+def test_the_name_of_a_commander_on_another_host_is_refused(tmp_path):
+    with wired("koala", tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
-        node.command(0.1, sender="/rostopic_1")
-        wait_for(wiring.moving)
-        wait_for(lambda: not wiring.moving())
-
-
-def test_a_hanging_master_delays_no_known_commander_or_dead_man(tmp_path, promise):
-    with (
-        wired("koala", tmp_path, commanders=[TESTER, LAPTOP | {"priority": 1}]) as wiring,
-        master({}, takes=60.0) as uri,
-        running(wiring.config, ROS_MASTER_URI=uri) as node,
-    ):
-        node.wait_until_ready()
-        node.command(0.4, sender="/rostopic_1")
-        node.drive(1.0, 0.1)
-        assert wiring.pty.snapshot().v == pytest.approx(0.1, rel=0.02)
-        queue, last = RunQueue(node.process.pid), time.monotonic()
-        wait_for(lambda: not wiring.moving())
-        took = time.monotonic() - last
-        promise("commands end while the master hangs, until the robot stands", took - queue.lost(), 0.6)
+        node.drive(0.5, 0.2, sender="/tester@192.168.77.12")
+        assert wiring.pty.snapshot().distance == 0
+        complaint = "/tester on 192.168.77.12: it has the name of a node of tester, which is on 192.168.77.10"
+        wait_for(lambda: complaint in node.status()["message"])
 
 
 @BOTH
@@ -359,8 +338,7 @@ def overtaking(node, wiring, linear, sender):
 def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path, promise):
     with (
         wired("koala", tmp_path) as wiring,
-        master({**WHERE, "/driver": "http://here:1/"}) as uri,
-        running(wiring.config, ROS_MASTER_URI=uri) as node,
+        running(wiring.config) as node,
     ):
         node.wait_until_ready()
         node.drive(0.3, 0.1)
@@ -369,7 +347,7 @@ def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path, p
 
         def stands():
             for _ in range(50):
-                node.command(0.4, sender="/rostopic_77")
+                node.command(0.4, sender=STRANGER)
             return not wiring.moving()
 
         wait_for(stands, interval=0.0)

@@ -29,7 +29,16 @@ PARAMETERS = {
     "command_timeout": 0.5,
     "rate": 10.0,
     "diagnostics_rate": 5.0,
-    "commanders": [{"name": "boss", "priority": 10, "nodes": ["/boss"], "namespace": None, "addresses": []}],
+    "commanders": [
+        {
+            "name": "boss",
+            "priority": 10,
+            "nodes": ["/boss"],
+            "namespace": None,
+            "hosts": ["127.0.0.1"],
+            "addresses": [],
+        }
+    ],
     "motion": {"kind": "differential", "linear_max": 0.22, "angular_max": 2.84, "wheel_separation": 0.16},
 }
 ZERO = [0.0] * 6

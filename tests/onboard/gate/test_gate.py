@@ -28,7 +28,10 @@ CONFIG = Config(
     command_timeout=0.5,
     rate=10.0,
     diagnostics_rate=1.0,
-    commanders=(Commander("boss", 10, nodes=("/boss",)), Commander("joy", 20, nodes=("/joy",))),
+    commanders=(
+        Commander("boss", 10, nodes=("/boss",), hosts=("host",)),
+        Commander("joy", 20, nodes=("/joy",), hosts=("host",)),
+    ),
     motion=Motion("differential", 0.22, 0.0, 0.0, 2.84, wheel_separation=0.16),
     odom_frame="tb/odom",
 )

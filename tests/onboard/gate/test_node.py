@@ -9,6 +9,7 @@ import yaml
 
 from swarmctl.resources import onboard
 from tests.onboard.driver.driver_process import running
+from tests.onboard.driver.fakes import TESTER
 from tests.timing import PATIENCE, wait_for
 
 pytestmark = pytest.mark.usefixtures("ros")
@@ -47,7 +48,7 @@ def test_a_start_that_cannot_be_published_is_a_warning(
 
 
 def test_a_commander_passes_it_and_a_stranger_does_not(tmp_path: Path) -> None:
-    commander = {"name": "boss", "priority": 0, "nodes": ["/boss"], "namespace": None, "addresses": []}
+    commander = {**TESTER, "name": "boss", "nodes": ["/boss"]}
     config = tmp_path / "gate.yaml"
     config.write_text(yaml.safe_dump({**PARAMS, "commanders": [commander]}))
 

@@ -11,7 +11,7 @@ import ipaddress
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
-from typing import Any, Mapping, Sequence
+from typing import Any, Iterable, Mapping, Sequence
 
 NOBODY = "nobody"
 _MOST_REFUSED = 16  # senders that are remembered
@@ -24,21 +24,27 @@ _LONGEST_LIST = 190  # characters; probes cut longer values
 
 @dataclass(frozen=True)
 class Commander:
-    """Nodes by name, all in a namespace, all on some hosts (by the address their nodes advertise)."""
+    """Nodes by name, or all in a namespace, on ``hosts``; and all nodes at ``addresses``.
+
+    Both are addresses as nodes advertise them.
+    """
 
     name: str
     priority: int
     nodes: tuple[str, ...] = ()
     namespace: str | None = None
+    hosts: tuple[str, ...] = ()
     addresses: tuple[str, ...] = ()
 
     def includes(self, sender: Sender) -> bool:
         """Returns True if ``sender`` is a node of this commander."""
-        return (
-            sender.node in self.nodes
-            or sender.host in self.addresses
-            or (self.namespace is not None and sender.node.startswith(self.namespace + "/"))
+        return sender.host in self.addresses or (
+            self.names(sender.node) and (sender.host in self.hosts or sender.host == "")
         )
+
+    def names(self, node: str) -> bool:
+        """Returns True if ``node`` has a name of this commander's nodes."""
+        return node in self.nodes or (self.namespace is not None and node.startswith(self.namespace + "/"))
 
 
 def commander_of(data: Mapping[str, Any]) -> Commander:
@@ -51,15 +57,16 @@ def commander_of(data: Mapping[str, Any]) -> Commander:
         priority=int(data["priority"]),
         nodes=tuple(str(node) for node in data["nodes"]),
         namespace=str(data["namespace"]) if data["namespace"] is not None else None,
+        hosts=tuple(str(address).lower() for address in data["hosts"]),
         addresses=tuple(str(address).lower() for address in data["addresses"]),
     )
 
 
 @dataclass(frozen=True)
 class Sender:
-    """A node that sends commands, and the host in its URI.
+    """A node that sends commands, by the name that it claims, and the host from which they come.
 
-    None while that is not known; empty if the graph has no hosts.
+    None if that is not known; empty if the graph has no hosts.
     """
 
     node: str
@@ -126,7 +133,7 @@ class Authority:
         self._commanders = sorted(commanders, key=lambda one: -one.priority)
         self._timeout = timeout
         self._holds: dict[int, _Hold] = {}  # by priority
-        self._refused: OrderedDict[str, _Refused] = OrderedDict()  # by node, the latest at the end
+        self._refused: OrderedDict[Sender, _Refused] = OrderedDict()  # the latest at the end
         self._forgot = -math.inf  # when a refused sender was forgotten for lack of space
 
     def admits(self, sender: Sender, now: float) -> bool:
@@ -142,7 +149,7 @@ class Authority:
         above = self._highest(now)
         if above is not None and above is not own:
             return self._refuse(sender, now, behind=str(above))
-        self._refused.pop(sender.node, None)
+        self._refused.pop(sender, None)
         return True
 
     def standing(self, now: float) -> Standing:
@@ -157,7 +164,7 @@ class Authority:
             refused=_listed([self._described(one) for one in lately], "; ") or "none",
             complaint=self._complaint([one.sender for one in strangers]) if strangers else "",
             refused_nodes=_names(
-                [one.sender.node for one in lately], complete=self._forgot < now - _REMEMBERED
+                dict.fromkeys(one.sender.node for one in lately), complete=self._forgot < now - _REMEMBERED
             ),
             strangers=_listed([self._described(one) for one in lately if not one.behind], "; "),
         )
@@ -179,9 +186,9 @@ class Authority:
         return next((hold for hold in holds if self._recent(hold.spoken, now)), None)
 
     def _refuse(self, sender: Sender, now: float, *, behind: str = "") -> bool:
-        known = self._refused.pop(sender.node, None)
+        known = self._refused.pop(sender, None)
         count = known.count + 1 if known is not None else 1
-        self._refused[sender.node] = _Refused(sender, count, now, behind)
+        self._refused[sender] = _Refused(sender, count, now, behind)
         if len(self._refused) > _MOST_REFUSED:
             self._refused.popitem(last=False)
             self._forgot = now
@@ -192,7 +199,9 @@ class Authority:
         if not self._commanders:
             return "nobody may command it"
         if sender.host is None:
-            return "the master has not reported where it runs"
+            return "its connection has ended"
+        if claimed := next((one for one in self._commanders if one.names(sender.node)), None):
+            return f"it has the name of a node of {claimed.name}, which is on {', '.join(claimed.hosts)}"
         named = "not among its commanders " + ", ".join(dict.fromkeys(one.name for one in self._commanders))
         addresses = [address for one in self._commanders for address in one.addresses]
         if not addresses or not sender.host or _form(sender.host) in map(_form, addresses):
@@ -215,7 +224,7 @@ def _listed(texts: Sequence[str], separator: str) -> str:
     return separator.join([*texts[:_MOST_NAMED], *([f"{more} more"] if more > 0 else [])])
 
 
-def _names(nodes: Sequence[str], *, complete: bool) -> str:
+def _names(nodes: Iterable[str], *, complete: bool) -> str:
     """The names with a space between two, as many as fit; ``_MORE`` at the end if that is not all."""
     shown: list[str] = []
     for node in nodes:

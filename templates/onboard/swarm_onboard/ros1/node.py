@@ -14,7 +14,6 @@ from swarm_onboard.ros.node import Kind, TakeCommand
 from swarm_onboard.ros1 import master
 from swarm_onboard.ros1.board_types import raw_class
 from swarm_onboard.ros1.latched import Latched
-from swarm_onboard.ros1.node_hosts import NodeHosts
 
 _FAREWELL = 1.0  # s
 _BOARD_QUEUE = 10
@@ -26,6 +25,15 @@ def join(name: str, _namespace: str, end: Callable[[], None]) -> Node:
     rospy.init_node(name, disable_signals=True)
     rospy.on_shutdown(end)
     return Node()
+
+
+def _host_of(header: Any, connections: Sequence[Any]) -> str | None:
+    """Returns the host to which the connection with this header leads, in lower case.
+
+    None for a connection that has ended. The name in a header is what the sender claims; the host is where
+    this node has connected to, as the publisher's node advertises it.
+    """
+    return next((str(one.remote_endpoint[0]).lower() for one in connections if one.header is header), None)
 
 
 class _Publisher:
@@ -99,10 +107,10 @@ class Node:
 
     def subscribe_to_commands(self, topic: str, take: TakeCommand) -> None:
         """What a publisher latched before this node connected is left out: it was for another moment."""
-        node_hosts, latched = NodeHosts(master.node_uri), Latched(self._publishers(topic))
+        latched = Latched(self._publishers(topic))
 
         def received(twist: Any) -> None:
-            """Runs in the thread of the sender's connection, so its waiting delays no other commands."""
+            """Runs in the thread of the sender's connection."""
             connection = twist._connection_header
             arrived, sender = time.monotonic(), str(connection.get("callerid", ""))
             if connection.get("latching") == "1" and latched.repeats(sender, connection):
@@ -110,13 +118,13 @@ class Node:
             linear, angular = twist.linear, twist.angular
             take(
                 sender,
-                node_hosts.of(sender),
+                _host_of(connection, subscriber.impl.connections),
                 (linear.x, linear.y, linear.z),
                 (angular.x, angular.y, angular.z),
                 arrived,
             )
 
-        rospy.Subscriber(topic, Twist, received, queue_size=1, tcp_nodelay=True)
+        subscriber = rospy.Subscriber(topic, Twist, received, queue_size=1, tcp_nodelay=True)
 
     def _publishers(self, topic: str) -> list[str]:
         """The nodes that publish on ``topic`` now; none if the master does not answer."""

@@ -76,6 +76,16 @@ class Publisher:
         return listeners()
 
 
+class _Connection:
+    """A sender's, to its host: ``/node@host``, or the host of the tester."""
+
+    def __init__(self, sender: str) -> None:
+        node, _, host = sender.partition("@")
+        self.header = {"callerid": node}
+        self.remote_endpoint = (host or "192.168.77.10", 40001)
+        self.arrived: queue.Queue[Any] = queue.Queue()
+
+
 class Subscriber:
     """Each sender has a thread of its own, as rospy has it."""
 
@@ -83,7 +93,8 @@ class Subscriber:
 
     def __init__(self, topic: str, _type: Any, take: Any, **__: Any) -> None:
         self._topic, self._take = topic, take
-        self._connections: dict[str, queue.Queue[Any]] = {}
+        self._connections: dict[str, _Connection] = {}
+        self.impl = self
         self.subscribers[topic] = self
         if len(self.subscribers) == 1:
             listen(_shut_down, _deliver)
@@ -95,13 +106,19 @@ class Subscriber:
 
     def deliver(self, sender: str, message: Message | AnyMsg) -> None:
         if sender not in self._connections:
-            self._connections[sender] = queue.Queue()
-            threading.Thread(target=self._receive, args=(self._connections[sender],), daemon=True).start()
-        self._connections[sender].put(message)
+            self._connections[sender] = connection = _Connection(sender)
+            threading.Thread(target=self._receive, args=(connection,), daemon=True).start()
+        self._connections[sender].arrived.put(message)
 
-    def _receive(self, connection: queue.Queue[Any]) -> None:
+    @property
+    def connections(self) -> list[_Connection]:
+        return list(self._connections.values())
+
+    def _receive(self, connection: _Connection) -> None:
         while True:
-            self._take(connection.get())
+            message = connection.arrived.get()
+            message._connection_header = connection.header
+            self._take(message)
 
 
 def _shut_down() -> None:
@@ -115,5 +132,4 @@ def _deliver(topic: str, sender: str, message: Message | bytes) -> None:
         anything._buff = message
         Subscriber.subscribers[topic].deliver(sender, anything)
         return
-    message._connection_header = {"callerid": sender}
     Subscriber.subscribers[topic].deliver(sender, message)
