@@ -127,6 +127,7 @@ def test_two_builds_do_not_meet(workspace: Workspace) -> None:
     with workspace.held(OWNER), pytest.raises(RefusedError), workspace.held(OWNER):
         pass
     assert stat.S_IMODE(Path(workspace.path).stat().st_mode) == 0o755
+    assert stat.S_IMODE(Path(workspace.path, ".lock").stat().st_mode) == 0o600, "others could hold it"
 
 
 @pytest.mark.parametrize(

@@ -406,6 +406,13 @@ def test_only_one_deploys_at_a_time_and_the_other_learns_who(old: FakeHost) -> N
     assert old.apply(NEW, **CHANGE).answer["release"] == NEW.digest
 
 
+def test_no_other_account_can_hold_the_lock(old: FakeHost) -> None:
+    lock = old.prefix / "opt/swarm/new/state/lock"
+    lock.chmod(0o644)
+    assert not old.apply(NEW, **CHANGE).error
+    assert lock.stat().st_mode & 0o077 == 0
+
+
 def test_of_two_deploys_at_once_one_wins(old: FakeHost) -> None:
     (old.prefix / "slow").touch()
     with old.begin(request_for(NEW, **CHANGE), payload_of(NEW)) as first:

@@ -40,7 +40,9 @@ def held(home: Home, who: str, patience: float) -> Iterator[None]:
     """Holds the lock, after waiting for at most ``patience`` seconds. Raises ``RefusedError``."""
     try:
         home.prepare()
-        os.close(os.open(_path(home), os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o644))
+        descriptor = os.open(_path(home), os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        os.fchmod(descriptor, 0o600)  # flock(2) also locks a file that is open for reading only
+        os.close(descriptor)
     except OSError as error:
         raise unwritable(home, error) from error
     with held_while_there(home, who, patience):

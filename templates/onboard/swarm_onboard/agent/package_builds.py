@@ -48,6 +48,7 @@ class Workspace:
         os.makedirs(self.path, 0o755, exist_ok=True)
         os.chown(self.path, owner.pw_uid, owner.pw_gid)
         with open(f"{self.path}/.lock", "w", encoding="ascii") as lock:
+            os.fchmod(lock.fileno(), 0o600)  # no other account can hold it
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
