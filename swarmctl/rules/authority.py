@@ -102,9 +102,11 @@ def _once(context: RuleContext, index: int, place: int, *, equal: bool) -> Fix |
 
 @rule("AUTH004")
 def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
-    """A program publishes velocity commands without authority from `control` or from the mode."""
+    """A program publishes commands or settings without authority from `control` or from the mode."""
+    settings = {topic: (robot,) for topic, robot in context.robots_by_setting.items()}
+    robots_by_topic = {**settings, **context.robots_by_command}
     for one in context.endpoints:
-        robots = context.robots_by_command.get(one.topic, ()) if one.publishes else ()
+        robots = robots_by_topic.get(one.topic, ()) if one.publishes else ()
         known = one.host in context.spec.hosts and _names_hosts(context)
         address = advertised(context.spec, one.host) if known else ""
         for robot in robots:
@@ -115,6 +117,7 @@ def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _unauthorised(context: RuleContext, one: Endpoint, robot: str) -> Diagnostic:
     spec = context.spec
+    sets = one.topic in context.robots_by_setting
     listed = sorted(control.by for control in spec.control if robot in control.of)
     entry = {"by": one.owner, "of": [robot]}
     made = (
@@ -125,9 +128,9 @@ def _unauthorised(context: RuleContext, one: Endpoint, robot: str) -> Diagnostic
     listing = f"{{by: {one.owner}, of: [{robot}]"
     return Diagnostic(
         "AUTH004",
-        f"program `{one.owner}` publishes commands to robot `{robot}` without authority",
+        f"program `{one.owner}` publishes {'settings' if sets else 'commands'} to robot `{robot}` without authority",
         context.span(*one.loc, "topic"),
-        label=f"the command topic of `{robot}`",
+        label=f"sets an actuator of `{robot}`" if sets else f"the command topic of `{robot}`",
         notes=(Note(context.span("control", key=True), "the list of commanders"),) if spec.control else (),
         help=(
             f"add to `control`: {listing}, priority: ...}}; "

@@ -46,7 +46,7 @@ class Subscriber(Generic[M]):
         self,
         name: str,
         data_class: type[M],
-        callback: Callable[[M], object],
+        callback: Callable[[M], object] | None = None,
         *,
         queue_size: int | None = None,
         tcp_nodelay: bool = False,

@@ -90,8 +90,8 @@ class Node:
         self.process.stdin.write("shutdown\n")
         self.process.stdin.flush()
 
-    def set(self, actuator: str, *values: int) -> None:
-        self.process.stdin.write(f"{actuator}={','.join(map(str, values))}\n")
+    def set(self, actuator: str, *values: int, sender: str = "/tester") -> None:
+        self.process.stdin.write(f"{sender} {actuator}={','.join(map(str, values))}\n")
         self.process.stdin.flush()
 
     def publish(self, topic: str, message: bytes) -> None:

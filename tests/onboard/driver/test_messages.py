@@ -199,9 +199,12 @@ def test_lights_and_sounds_are_set_by_their_topics(tmp_path):
         lit = {"led0": 1, "led3": 1, "body": 1}
         wait_for(lambda: {name: on for name, on in wiring.pty.snapshot().lights.items() if on} == lit)
         wait_for(lambda: wiring.pty.snapshot().sound == 2)
+        node.set("sound", 1, sender="/stranger@192.168.77.12")
         node.set("leds", 1, 1)
         wait_for(lambda: node.latest("/diagnostics"))
         wait_for(lambda: node.values().get("refused settings") == "1")
+        wait_for(lambda: node.values()["refused nodes"].startswith("/stranger"))
+        assert wiring.pty.snapshot().sound == 2, "only a commander sets it"
         node.process.terminate()
         assert node.process.wait(PATIENCE) == 0
         assert wiring.pty.snapshot().lights["led3"] == 1, "lights stay when the driver ends"

@@ -152,6 +152,10 @@ class Authority:
         self._refused.pop(sender, None)
         return True
 
+    def admits_setting(self, sender: Sender, now: float) -> bool:
+        """Whether ``sender`` may set lights and other actuators: each commander may at any time."""
+        return any(one.includes(sender) for one in self._commanders) or self._refuse(sender, now)
+
     def standing(self, now: float) -> Standing:
         """Returns who is obeyed and who was refused at ``now``."""
         while self._refused and next(iter(self._refused.values())).received < now - _REMEMBERED:

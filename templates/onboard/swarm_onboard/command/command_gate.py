@@ -35,6 +35,11 @@ class CommandGate:
             if self._authority.admits(sender, self._clock()):
                 self._commands.put(linear, angular, arrived)
 
+    def admits_setting(self, node: str, host: str | None) -> bool:
+        """Returns True if a node may set lights and other actuators."""
+        with self._lock:
+            return self._authority.admits_setting(Sender(node[:_LONGEST_NAME], host), self._clock())
+
     def standing(self) -> Standing:
         """Returns who is obeyed and who was refused."""
         with self._lock:

@@ -6,6 +6,7 @@ from typing import Any, Iterator, Mapping
 
 from std_msgs.msg import UInt8, UInt8MultiArray
 
+from swarm_onboard.command.command_gate import CommandGate
 from swarm_onboard.command.diagnostics import Diagnostics
 from swarm_onboard.command.report import Level, Report
 from swarm_onboard.command.transforms import TFMessage, start_is_lost
@@ -15,7 +16,7 @@ from swarm_onboard.driver.codec import Values
 from swarm_onboard.driver.config import Actuator, Config, Sensor
 from swarm_onboard.driver.kinematics import Pose
 from swarm_onboard.driver.motion_topics import MotionTopics
-from swarm_onboard.ros.node import Kind, Node
+from swarm_onboard.ros.node import Node
 
 
 def show_parameters(node: Node, config: Config) -> Iterator[str]:
@@ -31,19 +32,17 @@ def show_parameters(node: Node, config: Config) -> Iterator[str]:
         yield f"no parameters: {error}"
 
 
-def subscribe_to_settings(node: Node, actuator: Actuator, outputs: ActuatorSettings) -> None:
+def subscribe_to_settings(
+    node: Node, actuator: Actuator, senders: CommandGate, outputs: ActuatorSettings
+) -> None:
     """Subscribes to a number for one channel, to a list with one number each for several."""
-    if len(actuator.channels) == 1:
-        node.subscribe(
-            actuator.name, UInt8, lambda message: outputs.put(actuator, [message.data]), Kind.STATE
-        )
-    else:
-        node.subscribe(
-            actuator.name,
-            UInt8MultiArray,
-            lambda message: outputs.put(actuator, list(message.data)),
-            Kind.STATE,
-        )
+    single = len(actuator.channels) == 1
+
+    def take(sender: str, host: str | None, setting: Any) -> None:
+        if senders.admits_setting(sender, host):
+            outputs.put(actuator, [setting.data] if single else list(setting.data))
+
+    node.subscribe_to_settings(actuator.name, UInt8 if single else UInt8MultiArray, take)
 
 
 class DriverTopics:

@@ -41,6 +41,9 @@ class Subscription(Protocol):
 #: Passes on a command: the sender's node, its host (None: not known yet), m/s, rad/s, when it arrived.
 TakeCommand = Callable[[str, Optional[str], Sequence[float], Sequence[float], float], None]
 
+#: Passes on a message: the sender's node and host, the message.
+TakeSetting = Callable[[str, Optional[str], Any], None]
+
 
 class Node(Protocol):
     """A node that is part of the graph."""
@@ -66,6 +69,9 @@ class Node(Protocol):
     def subscribe_to_commands(self, topic: str, take: TakeCommand) -> None:
         """Passes each geometry_msgs/Twist on ``topic`` to ``take``, but not old ones: those that a publisher
         repeats to whoever connects, or that a network held up."""
+
+    def subscribe_to_settings(self, topic: str, message: Any, take: TakeSetting) -> None:
+        """Passes each message on ``topic``, of class ``message``, to ``take``."""
 
     def set_parameters(self, values: Mapping[str, Any]) -> None:
         """Shows the mapping ``values`` as the parameters of this node. Raises any error."""

@@ -10,7 +10,7 @@ from typing import Any, Callable, Mapping, Sequence
 import rospy
 from geometry_msgs.msg import Twist
 
-from swarm_onboard.ros.node import Kind, TakeCommand
+from swarm_onboard.ros.node import Kind, TakeCommand, TakeSetting
 from swarm_onboard.ros1 import master
 from swarm_onboard.ros1.board_types import raw_class
 from swarm_onboard.ros1.latched import Latched
@@ -27,13 +27,21 @@ def join(name: str, _namespace: str, end: Callable[[], None]) -> Node:
     return Node()
 
 
-def _host_of(header: Any, connections: Sequence[Any]) -> str | None:
-    """Returns the host to which the connection with this header leads, in lower case.
+def _subscribe_with_sender(topic: str, message: Any, take: Callable[[str, str | None, Any], None]) -> None:
+    """Passes on each message with its sender: the node that it says it is, and the host, in lower case.
 
-    None for a connection that has ended. The name in a header is what the sender claims; the host is where
-    this node has connected to, as the publisher's node advertises it.
+    The host is the one to which this node has connected, as the publisher's node advertises it, and None
+    once that connection has ended.
     """
-    return next((str(one.remote_endpoint[0]).lower() for one in connections if one.header is header), None)
+    subscriber = rospy.Subscriber(topic, message, queue_size=1, tcp_nodelay=True).impl
+
+    def received(one: Any) -> None:
+        header = one._connection_header
+        found = (own.remote_endpoint[0] for own in subscriber.connections if own.header is header)
+        host = next(found, None)
+        take(str(header.get("callerid", "")), None if host is None else str(host).lower(), one)
+
+    subscriber.add_callback(received, None)
 
 
 class _Publisher:
@@ -109,22 +117,18 @@ class Node:
         """What a publisher latched before this node connected is left out: it was for another moment."""
         latched = Latched(self._publishers(topic))
 
-        def received(twist: Any) -> None:
+        def received(sender: str, host: str | None, twist: Any) -> None:
             """Runs in the thread of the sender's connection."""
-            connection = twist._connection_header
-            arrived, sender = time.monotonic(), str(connection.get("callerid", ""))
+            arrived, connection = time.monotonic(), twist._connection_header
             if connection.get("latching") == "1" and latched.repeats(sender, connection):
                 return
             linear, angular = twist.linear, twist.angular
-            take(
-                sender,
-                _host_of(connection, subscriber.impl.connections),
-                (linear.x, linear.y, linear.z),
-                (angular.x, angular.y, angular.z),
-                arrived,
-            )
+            take(sender, host, (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z), arrived)
 
-        subscriber = rospy.Subscriber(topic, Twist, received, queue_size=1, tcp_nodelay=True)
+        _subscribe_with_sender(topic, Twist, received)
+
+    def subscribe_to_settings(self, topic: str, message: Any, take: TakeSetting) -> None:
+        _subscribe_with_sender(topic, message, take)
 
     def _publishers(self, topic: str) -> list[str]:
         """The nodes that publish on ``topic`` now; none if the master does not answer."""

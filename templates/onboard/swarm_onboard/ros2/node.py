@@ -21,7 +21,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
-from swarm_onboard.ros.node import Kind, TakeCommand
+from swarm_onboard.ros.node import Kind, TakeCommand, TakeSetting
 from swarm_onboard.ros2 import ros1_bytes
 from swarm_onboard.ros2.late import Late
 from swarm_onboard.ros2.parameters import flat
@@ -158,6 +158,14 @@ class Node:
 
         profile = quality(Kind.COMMAND, publishes=False)
         subscribe_with_sender(self.rcl, Twist, topic, received, profile)
+
+    def subscribe_to_settings(self, topic: str, message: Any, take: TakeSetting) -> None:
+        senders = Senders(self.rcl, topic)
+
+        def received(setting: Any, gid: bytes, _sent: int, _arrived: int) -> None:
+            senders.when_named(gid, lambda sender: take(sender, "", setting))
+
+        subscribe_with_sender(self.rcl, message, topic, received, quality(Kind.STATE, publishes=False))
 
     def set_parameters(self, values: Mapping[str, Any]) -> None:
         shown = ParameterDescriptor(read_only=True)

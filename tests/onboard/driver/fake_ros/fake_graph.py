@@ -1,6 +1,6 @@
 """What the fakes of rospy and rclpy share: messages, and the process at the other end of stdin and stdout.
 
-Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<topic>=<numbers>``,
+Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<sender> <topic>=<numbers>``,
 messages of any other kind as ``<topic>:<bytes in hex>``, and ``shutdown`` as the end by ROS. Publications
 go out on stdout, one JSON object a line. FAKE_LISTENERS=0 in the environment: nobody listens. FAKE_LACKS
 names a package that is not installed.
@@ -93,9 +93,10 @@ def _listen(shut_down: Callable[[], None], deliver: Callable[[str, str, Any], No
         if line == "shutdown\n":
             shut_down()
         elif "=" in line:
-            topic, _, numbers = line.strip().partition("=")
+            what, _, numbers = line.strip().partition("=")
+            sender, topic = what.split()
             values = [int(number) for number in numbers.split(",")]
-            deliver(topic, "somebody", Message(data=bytes(values) if len(values) > 1 else values[0]))
+            deliver(topic, sender, Message(data=bytes(values) if len(values) > 1 else values[0]))
         elif ":" in line:
             topic, _, data = line.strip().partition(":")
             deliver(topic, "somebody", bytes.fromhex(data))

@@ -91,7 +91,7 @@ class Subscriber:
 
     subscribers: ClassVar[dict[str, Subscriber]] = {}
 
-    def __init__(self, topic: str, _type: Any, take: Any, **__: Any) -> None:
+    def __init__(self, topic: str, _type: Any, take: Any = None, **__: Any) -> None:
         self._topic, self._take = topic, take
         self._connections: dict[str, _Connection] = {}
         self.impl = self
@@ -110,6 +110,9 @@ class Subscriber:
             threading.Thread(target=self._receive, args=(connection,), daemon=True).start()
         self._connections[sender].arrived.put(message)
 
+    def add_callback(self, take: Any, _args: Any) -> None:
+        self._take = take
+
     @property
     def connections(self) -> list[_Connection]:
         return list(self._connections.values())
@@ -118,7 +121,8 @@ class Subscriber:
         while True:
             message = connection.arrived.get()
             message._connection_header = connection.header
-            self._take(message)
+            if self._take is not None:
+                self._take(message)
 
 
 def _shut_down() -> None:

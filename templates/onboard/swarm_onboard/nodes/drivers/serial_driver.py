@@ -82,7 +82,7 @@ class DriverNode:
         self._news.ros = DriverTopics(node, self._config)
         node.subscribe_to_commands("cmd_vel", self._senders.give)
         for actuator in self._config.actuators:
-            subscribe_to_settings(node, actuator, self._outputs)
+            subscribe_to_settings(node, actuator, self._senders, self._outputs)
         for complaint in self._news.ros.left_out:
             print(complaint, file=sys.stderr, flush=True)
         self._relay.join(node)

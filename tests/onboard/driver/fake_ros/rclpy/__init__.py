@@ -5,6 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 import time
+from inspect import signature
 from types import SimpleNamespace
 from typing import Any
 
@@ -76,7 +77,7 @@ class Node:
         if sender not in self._senders:
             self._senders.append(sender)
         take = self._subscriptions[topic]
-        if topic != "cmd_vel":
+        if len(signature(take).parameters) == 1:
             take(message)
             return
         now = time.time_ns()
