@@ -13,6 +13,7 @@ import time
 import xmlrpc.client
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from tests.onboard.gate.ros_host import URI, Node, RosHost, since, wait_until
 from tests.timing import PATIENCE, withheld
@@ -32,6 +33,7 @@ PARAMETERS = {
     "motion": {"kind": "differential", "linear_max": 0.22, "angular_max": 2.84, "wheel_separation": 0.16},
 }
 ZERO = [0.0] * 6
+CROWD = 1300  # connections; a process may have 1024 files
 WATCHED = 0.6  # s after the first zero, in which the robot must not move again
 
 
@@ -244,6 +246,24 @@ def replaced(trial: Trial) -> Any:
     return {**_goes_on(trial), "before": before, "after": after}
 
 
+def crowded(trial: Trial) -> Any:
+    """A stranger holds more connections to each server than a process may have files."""
+    trial.drive()
+    api = xmlrpc.client.ServerProxy(_gate_uri())
+    topics = api.requestTopic("/test", OUTPUT, [["TCPROS"]])[2]
+    ports = (urlsplit(_gate_uri()).port, topics[2])
+    crowds = [trial.host.node("crowd.py", "127.0.0.1", port, CROWD) for port in ports]
+    for one in crowds:
+        wait_until(lambda one=one: one.lines, "the connections are open")
+    files = len(list(Path(f"/proc/{trial.gate.process.pid}/fd").iterdir()))
+    trial.robot.kill()  # a new subscriber comes
+    trial.robot = trial.host.node("robot.py", NAMESPACE, OUTPUT)
+    found = _goes_on(trial)
+    for one in crowds:
+        one.kill()
+    return {**found, "files": files}
+
+
 def _goes_on(trial: Trial) -> Any:
     """A commander that comes now drives the robot, and the robot stands once it ends."""
     trial.end_boss()
@@ -284,7 +304,7 @@ def _forget(node: str, *, publishes: str) -> None:
 #: The last faults leave no gate: it is started again after each.
 LASTING = (
     *(publisher_killed, stranger, not_a_number, too_fast, flooded, commander_stopped),
-    *(driver_restarted, latched, bypass, shut_down, replaced),
+    *(driver_restarted, latched, bypass, crowded, shut_down, replaced),
 )
 ENDING = (terminated, killed, killed_and_restarted, master_killed)
 

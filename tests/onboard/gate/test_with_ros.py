@@ -10,6 +10,7 @@ import pytest
 
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import image, processes
+from tests.onboard.gate.faults import CROWD
 from tests.onboard.gate.ros_host import run_isolated
 
 HERE = Path(__file__).parent
@@ -37,6 +38,7 @@ def figures() -> Any:
         ("terminated", 0.5),
         ("killed", 1.0),
         ("killed_and_restarted", 1.5),
+        ("crowded", OWN_TIMEOUT + 0.4),
         ("shut_down", OWN_TIMEOUT + 0.4),
         ("replaced", OWN_TIMEOUT + 0.4),
         ("master_killed", OWN_TIMEOUT + 0.4),
@@ -94,9 +96,14 @@ def test_systemd_restarts_the_gate_unless_it_was_stopped(figures):
 
 
 @pytest.mark.lab
-@pytest.mark.parametrize("fault", ["shut_down", "replaced"])
+@pytest.mark.parametrize("fault", ["crowded", "shut_down", "replaced"])
 def test_nobody_else_ends_the_gate(fault, figures):
     assert figures[fault]["ended"] is None
+
+
+@pytest.mark.lab
+def test_a_crowd_gets_few_of_the_files_of_a_gate(figures):
+    assert figures["crowded"]["files"] < CROWD / 10
 
 
 @pytest.mark.lab

@@ -33,8 +33,10 @@ def join(name: str, _namespace: str, end: Callable[[], None]) -> Node:
 
 def join_for_good(name: str, namespace: str, end: Callable[[], None]) -> Node:
     """Becomes the node ``name``, which nobody's request ends. Else as ``join``."""
-    from swarm_onboard.ros1 import registration  # noqa: PLC0415  changes rospy, which a teleop leaves as it is
+    # They change rospy, which a teleop leaves as it is.
+    from swarm_onboard.ros1 import connections, registration  # noqa: PLC0415
 
+    connections.bound()
     registration.ignore_shutdown_requests()
     node = join(name, namespace, end)
     node.registration = registration.Registration()

@@ -78,6 +78,8 @@ def _module(name: str, **contents: Any) -> None:
 
 
 _module("rospy.impl")
+_module("rospy.impl.tcpros_base", TCPServer=object)
+_module("rosgraph.xmlrpc", ThreadingXMLRPCServer=object, SilenceableXMLRPCRequestHandler=object)
 _module("rospy.impl.masterslave", ROSHandler=ROSHandler)
 _module(
     "rospy.impl.registration",
