@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
 
 from swarmctl.cli import exit_codes
+from tests.child_process import child_process
 from tests.e2e.lab_swarm import HOME, LEADER, SOURCE, LabSwarm, SshError, moves, quoted, until
 from tests.e2e.node_ends import BACK, OF_STRANGERS, answers, ends_and_is_back, tries
 from tests.timing import Promise
@@ -29,6 +31,19 @@ while True:
     except OSError:
         time.sleep(0.005)
 rosmaster.master.Master(11311).start()
+time.sleep(300)
+"""
+#: Holds more connections to each server of a driver than its process may have files.
+CROWD = """
+import resource, rosgraph, socket, time, xmlrpc.client
+from urllib.parse import urlsplit
+_, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+uri = rosgraph.Master("/stranger").lookupNode("/k3/driver")
+_, host, port = xmlrpc.client.ServerProxy(uri).requestTopic("/stranger", "/k3/odom", [["TCPROS"]])[2]
+held = [socket.create_connection(place)
+        for place in ((host, port), (host, urlsplit(uri).port)) for _ in range(1300)]
+print("held", flush=True)
 time.sleep(300)
 """
 
@@ -56,6 +71,20 @@ def test_no_stranger_ends_a_driver(swarm: LabSwarm) -> None:
         pass
     swarm.shell("k3-pi", f"sudo systemctl restart {unit}")  # what status counts begins anew
     until(lambda: swarm.swarmctl("status").status == 0, "the swarm does not get well")
+
+
+def test_a_crowd_of_connections_ends_no_driver(swarm: LabSwarm) -> None:
+    """Its watchdog is served, another host subscribes, and the robot stands when its commands end."""
+    before = swarm.units("k3-pi")["k3"]
+    argv = swarm.shell_argv("epuck-pi", f"{SOURCE}; exec python3 -c {quoted(CROWD)}")
+    with child_process(argv, stdout=subprocess.PIPE) as crowd:
+        assert crowd.stdout is not None
+        assert crowd.stdout.readline() == "held\n"
+        with swarm.driving(LEADER, "k3", 0.1):
+            swarm.odometry(LEADER, "k3")
+        swarm.seconds_to_standstill("k3")
+        crowd.kill()
+    assert swarm.units("k3-pi")["k3"] == before
 
 
 @contextmanager
