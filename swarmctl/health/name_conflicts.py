@@ -1,4 +1,4 @@
-"""Nodes of one name in one graph: each ends the other whenever it registers at the master. Pure."""
+"""Nodes of one name in one graph: each takes it from the other whenever it registers at the master. Pure."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Launched = Mapping[tuple[str, str], Collection[str]]  # nodes of launch files, b
 
 @dataclass(frozen=True)
 class Place:
-    """A unit on a host that has a node of the name, and how often another node has ended that."""
+    """A unit on a host that has a node of the name, and how often another node has taken it."""
 
     host: str
     unit: str
@@ -27,7 +27,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Conflict:
-    """A name of which a node was ended by another. ``elsewhere``: where the master has one of no unit."""
+    """A name that one node has taken from another. ``elsewhere``: where the master has one of no unit."""
 
     node: str
     subject: str
@@ -47,7 +47,7 @@ class Conflict:
 
 
 def conflicts(graph: ExpectedGraph, answers: Mapping[str, Answer], launched: Launched) -> Iterator[Conflict]:
-    """Yields each name of which a node was ended by another."""
+    """Yields each name that one node has taken from another."""
     for island in dict.fromkeys(host.island for host in graph.hosts):
         hosts = [host for host in graph.hosts if host.island == island and host.name in answers]
         for node in _names(answers[host.name] for host in hosts):
@@ -59,7 +59,7 @@ def conflicts(graph: ExpectedGraph, answers: Mapping[str, Answer], launched: Lau
 
 
 def _names(answers: Iterable[Answer]) -> list[str]:
-    """The names of nodes that were ended by another of their name."""
+    """The names that one node has taken from another."""
     return list(
         dict.fromkeys(node for answer in answers for seen in answer.conflicts.values() for node in seen)
     )

@@ -154,7 +154,7 @@ class LaunchedSeen:
 
 @dataclass(frozen=True)
 class ConflictSeen:
-    """How often a node was ended by another of the same name, and how many s ago for the last time."""
+    """How often another node has taken a node's name, and how many s ago for the last time."""
 
     count: int
     ago: float

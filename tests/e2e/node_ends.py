@@ -1,4 +1,4 @@
-"""Ways in which a node ends that nobody has stopped, and how soon its unit has brought it back."""
+"""Ways in which a node ends that nobody has stopped, or would; how soon its unit has brought it back."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ import rospy
 rospy.init_node("second")
 rospy.spin()
 """
+#: Ways that end the nodes of other packages, but neither a driver of swarmctl nor a gate.
+OF_STRANGERS = ("rosnode kill", "a stranger's shutdown request", "a second node of its name")
 #: Commands of a shell, by what they are. ``{node}`` is the name of the node, ``{unit}`` its unit.
 WAYS: Mapping[str, str] = {
     "rosnode kill": "rosnode kill {node}",
@@ -32,10 +34,8 @@ def ends_and_is_back(swarm: LabSwarm, host: str, part: str, node: str, way: str)
     """Ends ``node`` of the unit of ``part``; returns after how many s another process answers."""
     before = swarm.units(host)[part].pid
     assert answers(swarm, host, node), f"{node} does not answer before {way}"
-    unit = f"swarm-{SWARM}.{part}.service"
-    space, _, name = node.rpartition("/")
     began = time.monotonic()
-    swarm.shell(host, f"{SOURCE}; {WAYS[way].format(node=node, unit=unit, space=space, name=name)}")
+    unit = tries(swarm, host, part, node, way)
 
     def back() -> bool:
         seen = swarm.units(host)[part]
@@ -45,6 +45,14 @@ def ends_and_is_back(swarm: LabSwarm, host: str, part: str, node: str, way: str)
     took = time.monotonic() - began
     swarm.shell(host, f"sudo systemctl reset-failed {unit}")  # the restarts of this test are no trouble
     return took
+
+
+def tries(swarm: LabSwarm, host: str, part: str, node: str, way: str) -> str:
+    """Does what ends most nodes to ``node`` of the unit of ``part``; returns the name of the unit."""
+    unit = f"swarm-{SWARM}.{part}.service"
+    space, _, name = node.rpartition("/")
+    swarm.shell(host, f"{SOURCE}; {WAYS[way].format(node=node, unit=unit, space=space, name=name)}")
+    return unit
 
 
 def answers(swarm: LabSwarm, host: str, node: str) -> bool:

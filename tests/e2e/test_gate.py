@@ -210,7 +210,7 @@ class TestHoweverAGateEnds(Gated):
 
 
 def test_gate_and_driver_run_again_however_they_end(fleet: LabSwarm, promise: Promise) -> None:
-    ways = {"gate": "a stranger's shutdown request", "driver": "rosnode kill"}
+    ways = {"gate": "a clean exit", "driver": "rosnode kill"}
     for name, way in ways.items():
         part, node = f"{EXECUTED}.gate" if name == "gate" else EXECUTED, f"/{EXECUTED}/{name}"
         took = ends_and_is_back(fleet, PI, part, node, way)

@@ -137,7 +137,7 @@ def test_two_nodes_of_one_name_are_the_cause_at_every_look(moment: dict[str, Any
     (cause,) = (one for one, _ in found.explained() if one.state is State.BAD)
     assert cause.message == (
         "two nodes are called /k3/driver, on hosts koala-laptop and k3-pi: "
-        "each ends the other, 8 times within 10 min"
+        "each takes the name from the other, 8 times within 10 min"
     )
     units = [f"unit {UNIT['koala']} on {LAPTOP}", UNIT_K3]
     assert [one.key for one in found.findings if one.cause == cause.key and one.check == "unit"] == units
@@ -158,7 +158,7 @@ def test_a_second_node_that_is_gone_is_a_warning() -> None:
     assert found.healthy
     (cause,) = (one for one, _ in found.explained())
     assert cause.message == (
-        f"a second node called /k3/driver has ended that of {UNIT['k3']} on {K3_PI} "
+        f"a second node called /k3/driver has taken the name from that of {UNIT['k3']} on {K3_PI} "
         "4 times within 10 min, the last time 12 s ago"
     )
 

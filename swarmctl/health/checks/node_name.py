@@ -1,4 +1,4 @@
-"""Nodes of one name in one graph, which end each other or run side by side. Pure."""
+"""Nodes of one name in one graph, which take it from each other or run side by side. Pure."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from swarmctl.health.verdict import State, Verdict, bad
 
 TABLE = {
     NODE_NAME: (
-        ("two nodes of one name end each other", "unhealthy, with both hosts and units"),
-        ("a unit has lost its node to a second one that is gone", "a warning"),
+        ("two nodes take one name from each other", "unhealthy, with both hosts and units"),
+        ("a second node has taken the name of a unit's node, and is gone", "a warning"),
         (
             "several nodes of one name run side by side",
             "unhealthy, with the hosts; a warning if the spec does not name it",
@@ -61,18 +61,18 @@ def _verdict(conflict: Conflict) -> Verdict:
     hosts = list(dict.fromkeys([*(one.host for one in places), *conflict.elsewhere]))
     times = sum(one.count for one in places)
     counted = f"{times} time{'' if times == 1 else 's'} within {RESTART_WINDOW / 60:g} min"
+    taken = f"each takes the name from the other, {counted}"
     units = ", ".join(f"{one.unit} on {one.host}" for one in places)
     if len(hosts) > 1:
         many = "two" if len(hosts) == 2 else str(len(hosts))
-        text = (
-            f"{many} nodes are called {node}, on hosts {' and '.join(hosts)}: each ends the other, {counted}"
-        )
+        text = f"{many} nodes are called {node}, on hosts {' and '.join(hosts)}: {taken}"
     elif len(places) > 1:
-        text = f"two nodes are called {node}, both on host {hosts[0]}: each ends the other, {counted}"
+        text = f"two nodes are called {node}, both on host {hosts[0]}: {taken}"
     else:
         last = min(one.ago for one in places)
         text = (
-            f"a second node called {node} has ended that of {units} {counted}, the last time {last:.0f} s ago"
+            f"a second node called {node} has taken the name from that of {units} {counted}, "
+            f"the last time {last:.0f} s ago"
         )
         return Verdict(State.WARNING, text, "if it still runs, give it another name or namespace")
     return bad(text, f"give one of them another name or `namespace` ({units}), or remove it")

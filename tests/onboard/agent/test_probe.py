@@ -255,6 +255,16 @@ def test_a_node_that_another_ends_during_the_probe_is_a_conflict(
     assert list(probed(graph[1])["conflicts"]["swarm-test.k3.service"]) == ["/k3/driver"]
 
 
+def test_the_name_of_a_driver_that_goes_on_may_be_a_conflict(
+    prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    systemctl(prefix, monkeypatch, RUNNING.replace("$restarts", "0"))
+    text = "shutdown request: [/k3/driver] Reason: new node registered with same name"
+    entry = {"MESSAGE": text, "_SYSTEMD_UNIT": "swarm-test.k3.service", "__REALTIME_TIMESTAMP": "1"}
+    (prefix / "journal").write_text(json.dumps(entry) + "\n", encoding="utf-8")
+    assert probed(graph[1])["conflicts"]["swarm-test.k3.service"]["/k3/driver"]["count"] == 1
+
+
 def test_a_dead_master_costs_the_graph_only(prefix: Path) -> None:
     answer = probed("http://127.0.0.1:9")
     assert answer["master"] == {"reachable": False, "error": "connection refused"}

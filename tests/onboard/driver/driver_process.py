@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import subprocess
@@ -85,9 +86,9 @@ class Node:
         self.process.stdin.write(f"{sender} {linear} {angular}\n")
         self.process.stdin.flush()
 
-    def shut_down(self) -> None:
-        """Ends the node as ROS does, for one of the same name or by `rosnode kill`."""
-        self.process.stdin.write("shutdown\n")
+    def suffer(self, act: str) -> None:
+        """``shutdown``: a master wants it to end, or anybody; ``failure``: ROS fails in its process."""
+        self.process.stdin.write(f"{act}\n")
         self.process.stdin.flush()
 
     def set(self, actuator: str, *values: int, sender: str = "/tester") -> None:
@@ -142,13 +143,18 @@ class _Server(ThreadingMixIn, SimpleXMLRPCServer):
 
 @contextmanager
 def master(nodes: Mapping[str, str]) -> Iterator[str]:
-    """A ROS master that knows where ``nodes`` are; its URI."""
+    """A ROS master that knows where ``nodes`` are; its URI.
+
+    Each look at its process finds another one.
+    """
+    processes = itertools.count(1)
 
     def lookup(_caller: str, node: str) -> list[Any]:
         return [1, "", nodes[node]] if node in nodes else [-1, "unknown node", ""]
 
     with _Server(("127.0.0.1", 0), logRequests=False) as server:
         server.register_function(lookup, "lookupNode")
+        server.register_function(lambda _caller: [1, "", next(processes)], "getPid")
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:

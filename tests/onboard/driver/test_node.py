@@ -24,8 +24,10 @@ from tests.onboard.driver.driver_process import (
     wired,
 )
 from tests.onboard.driver.fakes import TESTER, TYPES, config_for, ros_name
+from tests.onboard.multimaster.masters import Rosmaster, served
 from tests.timing import PATIENCE, RunQueue, wait_for
 
+TAKES_BACK_EVERY = 5.0  # s at least, as ros1/registration.py has it
 BOTH = pytest.mark.usefixtures("ros")  # ROS 1 and ROS 2
 
 
@@ -72,11 +74,49 @@ def test_a_signal_ends_the_node_with_a_stop(number, tmp_path):
         assert wiring.pty.snapshot().last_command == "D,0,0"
 
 
-def test_a_node_that_ros_shuts_down_stops_its_robot_and_restarts(tmp_path):
+def test_a_node_that_anybody_shuts_down_drives_on(tmp_path):
+    with wired("koala", tmp_path) as wiring, running(wiring.config) as node:
+        node.wait_until_ready()
+        node.suffer("shutdown")
+        with pytest.raises(subprocess.TimeoutExpired):
+            node.process.wait(3)
+        node.drive_until(wiring.moving, 0.1)
+
+
+def test_a_node_takes_its_name_back_seldom_and_drives_on(tmp_path):
+    ros = Rosmaster()
+    ros.registerPublisher("/driver", "/odom", "nav_msgs/Odometry", "http://here:1/")
+    ros.registerPublisher("/boss", "/cmd_vel", "geometry_msgs/Twist", "http://boss:1/")
+
+    def take(uri: str) -> bool:
+        """Again and again, as a node of the same name that does not give up either."""
+        ros.registerPublisher("/driver", "/odom", "nav_msgs/Odometry", uri)
+        return len([one for one in ros.shut_down if one == ("/driver", uri)]) == 2
+
+    with (
+        wired("koala", tmp_path) as wiring,
+        served(ros) as uri,
+        running(wiring.config, ROS_MASTER_URI=uri) as node,
+    ):
+        node.wait_until_ready()
+        began = time.monotonic()
+        wait_for(lambda: take("http://thief:1/"), interval=0.05)
+        assert time.monotonic() - began > TAKES_BACK_EVERY
+        assert ros.services == {"/driver/get_loggers": "rosrpc://127.0.0.1:4712"}
+        wait_for(lambda: node.latest("connects"))
+        assert node.latest("connects") == {"topic": "connects", "name": "/cmd_vel", "to": ["http://boss:1/"]}
+        del ros.nodes["/driver"]
+        wait_for(lambda: "/driver" in ros.nodes)
+        assert ros.nodes["/driver"].uri == "http://here:1/"
+        assert ros.nodes["/driver"].subscribes == {"/cmd_vel"}
+        node.drive_until(wiring.moving, 0.1)
+
+
+def test_a_node_in_which_ros_fails_stops_its_robot_and_restarts(tmp_path):
     with wired("koala", tmp_path, command_timeout=2.0) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
         node.drive(0.3, 0.1)
-        node.shut_down()
+        node.suffer("failure")
         assert node.process.wait(PATIENCE) == os.EX_TEMPFAIL, "status 0 is for a stop"
         assert not wiring.moving()
 

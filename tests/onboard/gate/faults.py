@@ -6,7 +6,6 @@ from running, and what the gate reports.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import signal
 import sys
@@ -14,6 +13,7 @@ import time
 import xmlrpc.client
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from tests.onboard.gate.ros_host import URI, Node, RosHost, since, wait_until
 from tests.timing import PATIENCE, withheld
@@ -42,6 +42,7 @@ PARAMETERS = {
     "motion": {"kind": "differential", "linear_max": 0.22, "angular_max": 2.84, "wheel_separation": 0.16},
 }
 ZERO = [0.0] * 6
+CROWD = 1300  # connections; a process may have 1024 files
 WATCHED = 0.6  # s after the first zero, in which the robot must not move again
 
 
@@ -235,24 +236,60 @@ def killed_and_restarted(trial: Trial) -> Any:
 
 
 def shut_down(trial: Trial) -> Any:
+    """Anybody asks it to end, as `rosnode kill` does; it obeys its commander, as before."""
     trial.drive()
-    uri = xmlrpc.client.ServerProxy(URI).lookupNode("/test", f"{NAMESPACE}/gate")[2]
-    began = time.monotonic()
-    with contextlib.suppress(OSError):  # it ends before it has answered
-        xmlrpc.client.ServerProxy(uri).shutdown("/test", "rosnode kill")
-    return {"stands": trial.stands(began), "status": trial.ended()}
+    xmlrpc.client.ServerProxy(_gate_uri()).shutdown("/test", "rosnode kill")
+    return _goes_on(trial)
 
 
 def replaced(trial: Trial) -> Any:
     """Another node takes the gate's name, and publishes elsewhere."""
     trial.drive()
-    began = time.monotonic()
+    uri = _gate_uri()
+    before = _registered(f"{NAMESPACE}/gate")
     thief = trial.host.node("sender.py", f"{NAMESPACE}/gate", "/elsewhere", 0.1, 0.0)
-    status = trial.ended()
-    trial.end_boss()
-    after = trial.commands(began)
+    wait_until(lambda: _gate_uri() != uri, "the name is taken")
+    wait_until(lambda: _gate_uri() == uri, "the gate takes its name back")
     thief.kill()
-    return {"stands": after[-1]["v"] == ZERO, "status": status}
+    after = _registered(f"{NAMESPACE}/gate")
+    return {**_goes_on(trial), "before": before, "after": after}
+
+
+def crowded(trial: Trial) -> Any:
+    """A stranger holds more connections to each server than a process may have files."""
+    trial.drive()
+    api = xmlrpc.client.ServerProxy(_gate_uri())
+    topics = api.requestTopic("/test", OUTPUT, [["TCPROS"]])[2]
+    ports = (urlsplit(_gate_uri()).port, topics[2])
+    crowds = [trial.host.node("crowd.py", "127.0.0.1", port, CROWD) for port in ports]
+    for one in crowds:
+        wait_until(lambda one=one: one.lines, "the connections are open")
+    files = len(list(Path(f"/proc/{trial.gate.process.pid}/fd").iterdir()))
+    trial.robot.kill()  # a new subscriber comes
+    trial.robot = trial.host.node("robot.py", NAMESPACE, OUTPUT)
+    found = _goes_on(trial)
+    for one in crowds:
+        one.kill()
+    return {**found, "files": files}
+
+
+def _goes_on(trial: Trial) -> Any:
+    """A commander that comes now drives the robot, and the robot stands once it ends."""
+    trial.end_boss()
+    trial.drive()
+    began = time.monotonic()
+    trial.end_boss()
+    return {"stands": trial.stands(began), "ended": trial.gate.process.poll()}
+
+
+def _gate_uri() -> str:
+    return str(xmlrpc.client.ServerProxy(URI).lookupNode("/test", f"{NAMESPACE}/gate")[2])
+
+
+def _registered(node: str) -> list[list[str]]:
+    """The topics that the master has of a node: published, subscribed; and its services."""
+    sides: Any = xmlrpc.client.ServerProxy(URI).getSystemState("/test")[2]
+    return [sorted(topic for topic, nodes in side if node in nodes) for side in sides]
 
 
 def master_killed(trial: Trial) -> Any:
@@ -276,9 +313,9 @@ def _forget(node: str, *, publishes: str) -> None:
 #: The last faults leave no gate: it is started again after each.
 LASTING = (
     *(publisher_killed, stranger, not_a_number, too_fast, flooded, commander_stopped),
-    *(driver_restarted, latched, bypass),
+    *(driver_restarted, latched, bypass, crowded, shut_down, replaced),
 )
-ENDING = (terminated, killed, killed_and_restarted, shut_down, replaced, master_killed)
+ENDING = (terminated, killed, killed_and_restarted, master_killed)
 
 
 def main() -> None:

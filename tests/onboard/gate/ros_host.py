@@ -109,7 +109,9 @@ class RosHost:
 
     def gate(self) -> Node:
         """Starts the gate as its unit does."""
-        return Node(self._inside("python3", "/gate/gate.py", "--config", "/params.yaml"), ENVIRONMENT)
+        limits = ("prlimit", "--nofile=1024")  # files, which is what systemd gives a unit
+        argv = self._inside("python3", "/gate/gate.py", "--config", "/params.yaml")
+        return Node((*limits, *argv), ENVIRONMENT)
 
     def send_zero(self) -> tuple[int, str]:
         """Runs what systemd runs after the gate; returns its status and output."""

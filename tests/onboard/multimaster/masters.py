@@ -28,6 +28,7 @@ class Rosmaster:
     def __init__(self) -> None:
         self.nodes: dict[str, Node] = {}
         self.types: dict[str, str] = {}
+        self.services: dict[str, str] = {}
         self.parameters: dict[str, Any] = {}
         self.shut_down: list[tuple[str, str]] = []
         self.updates: list[tuple[str, str]] = []  # subscriber and topic of each publisherUpdate
@@ -55,6 +56,11 @@ class Rosmaster:
 
     def unregisterSubscriber(self, caller: str, topic: str, uri: str) -> list[Any]:  # noqa: N802
         return [1, "", self._forget(caller, uri, topic, "subscribes")]
+
+    def registerService(self, caller: str, service: str, place: str, uri: str) -> list[Any]:  # noqa: N802
+        self._node(caller, uri)
+        self.services[service] = place
+        return [1, "", 1]
 
     def lookupNode(self, _caller: str, name: str) -> list[Any]:  # noqa: N802
         return [1, "", self.nodes[name].uri] if name in self.nodes else [-1, f"unknown node [{name}]", ""]

@@ -267,6 +267,26 @@ def test_a_deleted_or_damaged_record_is_written_again(pair: World) -> None:
         assert pair.brought("a") == {("/b/odom", "/b/driver")}
 
 
+def test_no_record_of_a_stranger_changes_what_is_joined(pair: World) -> None:
+    for island, master in pair.masters.items():
+        other = "b" if island == "a" else "a"
+        entries = [[other, *entry] for entry in sorted(master.publishers())]
+        master.parameters[RECORD] = [entries, []]
+    before = {island: master.publishers() for island, master in pair.masters.items()}
+    pair.step()
+    assert {island: master.publishers() for island, master in pair.masters.items()} == before
+
+
+def test_a_bridge_that_restarts_removes_no_node_of_its_own_island(pair: World) -> None:
+    own = ("/a/odom", "/a/driver", pair.publish("a", "/a/driver", "/a/odom"))
+    pair.bridges["a"] = None
+    for island in ("b", "nowhere"):
+        pair.masters["a"].parameters[RECORD] = [[[island, *own]], []]
+        pair.start_bridge("a")
+        pair.step()
+        assert own in pair.masters["a"].publishers()
+
+
 def message_of(world: World) -> str:
     """The message of the bridge of a."""
     bridge = world.bridges["a"]

@@ -68,6 +68,15 @@ def messages(unit: str, since: float, pid: int = 0) -> list[Message]:
     return [Message(_time(one), _text(one)) for one in _entries("MESSAGE", since, _MOST_MESSAGES, matches)]
 
 
+def units_with(texts: Sequence[str], since: float) -> set[str]:
+    """The units that have logged one of ``texts`` since ``since``; the journal has an index of messages."""
+    if not texts:
+        return set()
+    matches = [f"MESSAGE={text}" for text in texts]
+    found = _entries("_SYSTEMD_UNIT", since, _MOST_MESSAGES, matches)
+    return {str(one.get("_SYSTEMD_UNIT")) for one in found}
+
+
 def _entries(fields: str, since: float, most: int, matches: Sequence[str]) -> Iterator[dict[str, Any]]:
     command = ["journalctl", f"--since=@{since:.6f}", f"--lines={most}", "--output=json", "--no-pager"]
     output = systemd.call([*command, "--boot", f"--output-fields={fields}", *matches], _TIMEOUT)

@@ -14,7 +14,7 @@ from swarm_onboard.common.systemd import REJOINS
 _LOOK_EVERY = 1.0  # s between two looks whether the master knows the node
 _MISSES = 2
 _NEW_MASTER = "the ROS master was restarted: this node ends, so that a new one joins it"
-_SHUT_DOWN = "another node of this name, or `rosnode kill`, ended this node: a new one is to replace it"
+_SHUT_DOWN = "ROS has failed in this process: a new one is to replace it"
 
 
 class TerminatedError(BaseException):

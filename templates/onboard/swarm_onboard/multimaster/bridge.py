@@ -7,7 +7,7 @@ import contextlib
 import sys
 import time
 from dataclasses import replace
-from typing import Callable, Mapping, Sequence
+from typing import Callable, Sequence
 
 from swarm_onboard.common.xmlrpc import NonsenseError, PeerError, within
 from swarm_onboard.multimaster import peer_state as contacts
@@ -36,7 +36,7 @@ class Bridge:
         }
         self._wakes = {peer.island: asyncio.Event() for peer in config.peers}
         self._news = asyncio.Event()
-        self._brought: Mapping[Entry, str] | None = None  # None until the own master has answered
+        self._brought: dict[Entry, str] | None = None  # None until the own master has answered
         self._former: dict[str, asyncio.Future[None]] = {}  # masters of an earlier configuration
         self._problem = State.WAITING.value
         self._refusals: tuple[Refusal, ...] = ()
@@ -133,11 +133,15 @@ class Bridge:
         return frozenset(entry.node for entry in (*brought, *offered))
 
     def _take_over(self, record: Record) -> None:
-        """Takes over an earlier run's registrations, until their peer answers or is away too long."""
-        self._brought = dict(record.entries)
+        """Takes over an earlier run's registrations, until their peer answers or is away too long.
+
+        Anybody can write the record: only nodes on hosts of the peers are taken over, and may be removed.
+        """
+        self._brought = {}
         for peer in self.config.peers:
             one = self._contacts[peer.island]
-            left = {entry for entry, island in record.entries.items() if island == peer.island}
+            left = {entry for entry in record.entries if reconcile.runs_on(peer, entry)}
+            self._brought.update(dict.fromkeys(left, peer.island))
             if one.last_seen is None:
                 kept = frozenset(entry for entry in left if reconcile.may_come(peer, entry))
                 self._contacts[peer.island] = replace(one, offer=Offer(kept))
@@ -151,7 +155,7 @@ class Bridge:
         wanted, clashes = reconcile.wanted_from(offers, brought)
         renew = {entry for entry, island in wanted.items() if island in due}
         plan = reconcile.plan_for(wanted, own, brought, renew)
-        self._brought = plan.brought
+        self._brought = dict(plan.brought)
         self._refuse((*clashes, *plan.refusals))
         record = Record(
             plan.brought, frozenset((*self._former, *(peer.master for peer in self.config.peers)))

@@ -2,7 +2,8 @@
 
 The static multimaster keeps its record as a parameter at its own master. It lives as long as the
 registrations that it lists: a master that restarts loses both. After a crash it shows which registrations
-are left; other islands read from it which publishers were brought here from elsewhere.
+are left; other islands read from it which publishers were brought here from elsewhere, and report none of
+them. Anybody can write it, so it decides nothing that the hosts in the URIs do not show.
 """
 
 from __future__ import annotations

@@ -32,15 +32,21 @@ def names_wanted(peer: Peer, graph: Graph) -> frozenset[str]:
 
 
 def offer_of(peer: Peer, graph: Graph) -> Offer:
-    """The publishers of the peer's own nodes for this island, without those brought there from elsewhere."""
+    """The publishers of the peer's own nodes for this island, which run on its hosts.
+
+    Others were brought there from elsewhere, or are refused: the peer's record, which anybody can write,
+    decides only whether that is reported.
+    """
     entries, refusals = [], []
     for topic, declared in peer.receives.items():
         nodes = _publishers(graph, topic)
         for node in nodes:
             entry = Entry(topic, node, graph.nodes.get(node, ""))
-            if not entry.uri or entry in graph.record.entries:
+            if not entry.uri:
                 continue
             why = _objection(peer, entry, declared, graph.types.get(topic, "*"))
+            if why and entry in graph.record.entries:
+                continue
             if why:
                 refusals.append(Refusal(topic, node, why))
             else:
@@ -57,13 +63,19 @@ def _publishers(graph: Graph, topic: str) -> list[str]:
 def _objection(peer: Peer, entry: Entry, declared: str, kind: str) -> str:
     if kind not in (declared, "*"):
         return f"its type is {kind}, declared is {declared}"
-    host = _host_of(entry.uri)
-    return "" if host in peer.hosts else f"it runs at `{host}`, which is not a host of island {peer.island}"
+    if runs_on(peer, entry):
+        return ""
+    return f"it runs at `{_host_of(entry.uri)}`, which is not a host of island {peer.island}"
 
 
 def may_come(peer: Peer, entry: Entry) -> bool:
     """Whether ``peer`` could offer ``entry`` at all."""
-    return entry.topic in peer.receives and _host_of(entry.uri) in peer.hosts
+    return entry.topic in peer.receives and runs_on(peer, entry)
+
+
+def runs_on(peer: Peer, entry: Entry) -> bool:
+    """Whether the node of ``entry`` runs on a host of ``peer``."""
+    return _host_of(entry.uri) in peer.hosts
 
 
 def _host_of(uri: str) -> str:

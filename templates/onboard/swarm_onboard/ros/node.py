@@ -92,7 +92,10 @@ class Node(Protocol):
         """Returns True if the process of ``node`` has ended, though the graph may still list it."""
 
     def is_forgotten(self) -> bool:
-        """Returns True if the graph has lost this node for good: a master was restarted."""
+        """Returns True if the graph has lost this node for good: a master was restarted.
+
+        A node that joined for good takes back the name that somebody else has taken.
+        """
 
     def board_publisher(self, topic: str, kind: str) -> Publisher:
         """Publishes ``topic`` of the type named ``kind`` from bytes of ROS 1."""
@@ -111,6 +114,16 @@ def join(name: str, namespace: str, end: Callable[[], None]) -> Node:
     """
     os.environ["ROS_NAMESPACE"] = namespace or "/"  # rospy reads it when it is imported
     joined: Node = _face("node").join(name, namespace, end)
+    return joined
+
+
+def join_for_good(name: str, namespace: str, end: Callable[[], None]) -> Node:
+    """Becomes the node ``name``, which moves a robot: nobody in ROS ends it, or takes its name for long.
+
+    ``end`` is called when ROS itself fails in this process. Else as ``join``.
+    """
+    os.environ["ROS_NAMESPACE"] = namespace or "/"
+    joined: Node = _face("node").join_for_good(name, namespace, end)
     return joined
 
 

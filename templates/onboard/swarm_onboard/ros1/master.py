@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import time
 from http.client import HTTPConnection
-from typing import Any
-from xmlrpc.client import ServerProxy, Transport
+from typing import Any, Sequence
+from xmlrpc.client import MultiCall, ServerProxy, Transport
 
 import rosgraph
 import rospy
@@ -50,6 +50,36 @@ def is_forgotten() -> bool:
         return not node_uri(rospy.get_name())
     except Exception:  # noqa: BLE001  a master that is away forgets nothing, and whatever else answers there is none
         return False
+
+
+def pid() -> int:
+    """Returns the number of the master's process. Raises any error if it does not answer."""
+    with _master() as server:
+        answer: Any = server.getPid(rospy.get_name())
+    return int(answer[2])
+
+
+def register(
+    publications: Sequence[Sequence[str]],
+    subscriptions: Sequence[Sequence[str]],
+    services: Sequence[Sequence[str]],
+) -> list[list[str]]:
+    """Registers all of this node: topics with their types, services with their URIs.
+
+    Returns the URIs of the publishers of each of ``subscriptions``. Raises any error.
+    """
+    name, uri = rospy.get_name(), rospy.get_node_uri()
+    with _master() as server:
+        calls = MultiCall(server)
+        for topic, kind in publications:
+            calls.registerPublisher(name, topic, kind, uri)
+        for topic, kind in subscriptions:
+            calls.registerSubscriber(name, topic, kind, uri)
+        for service, place in services:
+            calls.registerService(name, service, place, uri)
+        results: Any = calls()
+        answers: list[Any] = list(results)
+    return [answer[2] for answer in answers[len(publications) :][: len(subscriptions)]]
 
 
 def await_sim_time() -> None:

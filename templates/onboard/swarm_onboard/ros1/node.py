@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from typing import Any, Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -14,6 +14,9 @@ from swarm_onboard.ros.node import Kind, TakeCommand, TakeSetting
 from swarm_onboard.ros1 import master
 from swarm_onboard.ros1.board_types import raw_class
 from swarm_onboard.ros1.latched import Latched
+
+if TYPE_CHECKING:
+    from swarm_onboard.ros1.registration import Registration
 
 _FAREWELL = 1.0  # s
 _BOARD_QUEUE = 10
@@ -25,6 +28,18 @@ def join(name: str, _namespace: str, end: Callable[[], None]) -> Node:
     rospy.init_node(name, disable_signals=True)
     rospy.on_shutdown(end)
     return Node()
+
+
+def join_for_good(name: str, namespace: str, end: Callable[[], None]) -> Node:
+    """Becomes the node ``name``, which nobody's request ends. Else as ``join``."""
+    # They change rospy, which a teleop leaves as it is.
+    from swarm_onboard.ros1 import connections, registration  # noqa: PLC0415
+
+    connections.bound()
+    registration.ignore_shutdown_requests()
+    node = join(name, namespace, end)
+    node.registration = registration.Registration()
+    return node
 
 
 def _subscribe_with_sender(topic: str, message: Any, take: Callable[[str, str | None, Any], None]) -> None:
@@ -84,7 +99,9 @@ class _Newcomers(rospy.SubscribeListener):
 
 
 class Node:
-    """The one node of this process."""
+    """The one node of this process. ``registration``: of one that joined for good."""
+
+    registration: Registration | None = None
 
     @property
     def name(self) -> str:
@@ -158,7 +175,7 @@ class Node:
         return master.has_ended(node)
 
     def is_forgotten(self) -> bool:
-        return master.is_forgotten()
+        return not self.registration.is_kept() if self.registration is not None else master.is_forgotten()
 
     def board_publisher(self, topic: str, kind: str) -> _BoardPublisher:
         return _BoardPublisher(rospy.Publisher(topic, raw_class(kind), queue_size=_BOARD_QUEUE))

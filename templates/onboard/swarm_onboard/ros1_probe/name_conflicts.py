@@ -1,7 +1,7 @@
-"""Nodes that another node of the same name has ended, as the logs of their units have it.
+"""Nodes whose name another node has taken, as the logs of their units have it.
 
-The master ends a registered node when another one registers under its name (rosmaster/registrations.py),
-with a reason that rospy and roscpp log.
+The master asks a registered node to end when another one registers under its name
+(rosmaster/registrations.py), with a reason that rospy, roscpp and swarmctl's drivers log; the latter go on.
 """
 
 from __future__ import annotations
@@ -17,33 +17,38 @@ from swarm_onboard.agent.errors import RefusedError
 if TYPE_CHECKING:
     from swarm_onboard.agent.probe_messages import ConflictAnswer, ProbeAnswer
 
-_REASON = re.compile(r"\[(/[^\]\s]+)\] Reason: new node registered with same name")
+_OF_PYTHON = "shutdown request: "  # begins that line of rospy and of the drivers
+_TAKEN = "Reason: new node registered with same name"
+_REASON = re.compile(rf"\[(/[^\]\s]+)\] {_TAKEN}")
 _MOST_UNITS = 20  # whose logs are read
 _LONGEST = 10.0  # s for all logs
 
 
 def add(answer: ProbeAnswer) -> None:
-    """Adds the conflicts of the units that were restarted, do not run, or have lost a node.
+    """Adds the conflicts of the units that logged one, were restarted, do not run, or have lost a node.
 
     The states of the units are the last ones of the probe: one that was ended during it counts, too.
     """
     began = time.monotonic()
     answer["conflicts"] = {}
-    for unit, since in _suspicious(answer)[:_MOST_UNITS]:
-        if time.monotonic() - began > _LONGEST:
-            answer["troubles"]["conflicts"] = "the logs of the units took too long to read"
-            return
-        try:
+    try:
+        for unit, since in _suspicious(answer)[:_MOST_UNITS]:
+            if time.monotonic() - began > _LONGEST:
+                answer["troubles"]["conflicts"] = "the logs of the units took too long to read"
+                return
             found = conflicts_in(unit_journal.messages(unit, since), time.time())
-        except RefusedError as error:
-            answer["troubles"]["conflicts"] = clipped(error.message)
-            return
-        if found:
-            answer["conflicts"][unit] = found
+            if found:
+                answer["conflicts"][unit] = found
+    except RefusedError as error:
+        answer["troubles"]["conflicts"] = clipped(error.message)
 
 
 def _suspicious(answer: ProbeAnswer) -> list[tuple[str, float]]:
-    """Units to look at, each with the time from which on its log counts."""
+    """Units to look at, each with the time from which on its log counts. Raises RefusedError."""
+    history = answer.get("history") or {}
+    since = min((one["since"] for one in history.values()), default=0.0)
+    texts = [f"{_OF_PYTHON}[{node}] {_TAKEN}" for node in answer.get("nodes") or {}]
+    requested = unit_journal.units_with(texts, since)
     units, launched = answer.get("units") or {}, answer.get("launched") or {}
     lost = {
         unit for unit, one in launched.items() if one["ended"] or max(one["starts"].values(), default=1) > 1
@@ -51,8 +56,8 @@ def _suspicious(answer: ProbeAnswer) -> list[tuple[str, float]]:
     restarted = {unit for unit, state in units.items() if state["restarted"] or state["active"] != "active"}
     return [
         (unit, one["since"])
-        for unit, one in (answer.get("history") or {}).items()
-        if unit in lost or unit in restarted or one["recent"]
+        for unit, one in history.items()
+        if unit in requested or unit in lost or unit in restarted or one["recent"]
     ]
 
 

@@ -57,6 +57,9 @@ def join(name: str, namespace: str, _end: Callable[[], None]) -> Node:
     return Node(rclpy.create_node(name, namespace=namespace or "/", parameter_overrides=[simulated]))
 
 
+join_for_good = join
+
+
 def _await_address(address: str) -> None:
     """Waits until this host has ``address``: DDS looks once which addresses there are."""
     family = socket.AF_INET6 if ":" in address else socket.AF_INET

@@ -1,9 +1,9 @@
 """What the fakes of rospy and rclpy share: messages, and the process at the other end of stdin and stdout.
 
-Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<sender> <topic>=<numbers>``,
-messages of any other kind as ``<topic>:<bytes in hex>``, and ``shutdown`` as the end by ROS. Publications
-go out on stdout, one JSON object a line. FAKE_LISTENERS=0 in the environment: nobody listens. FAKE_LACKS
-names a package that is not installed.
+Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as
+``<sender> <topic>=<numbers>``, messages of any other kind as ``<topic>:<bytes in hex>``, and what else happens as one word (see ``listen``).
+Publications go out on stdout, one JSON object a line. FAKE_LISTENERS=0 in the environment: nobody listens.
+FAKE_LACKS names a package that is not installed.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import sys
 import threading
 import types
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 _PRINTING = threading.Lock()
@@ -82,16 +82,19 @@ packages(
 packages("tf2_msgs", "TFMessage")
 
 
-def listen(shut_down: Callable[[], None], deliver: Callable[[str, str, Any], None]) -> None:
-    """Starts to read stdin; ``deliver`` takes the topic, the sender and the message, or bytes of one."""
-    threading.Thread(target=_listen, args=(shut_down, deliver), daemon=True).start()
+def listen(acts: Mapping[str, Callable[[], None]], deliver: Callable[[str, str, Any], None]) -> None:
+    """Starts to read stdin; ``deliver`` takes the topic, the sender and the message, or bytes of one.
+
+    ``acts``: what a line of one word does.
+    """
+    threading.Thread(target=_listen, args=(acts, deliver), daemon=True).start()
 
 
-def _listen(shut_down: Callable[[], None], deliver: Callable[[str, str, Any], None]) -> None:
+def _listen(acts: Mapping[str, Callable[[], None]], deliver: Callable[[str, str, Any], None]) -> None:
     say({"topic": "listening"})
     for line in sys.stdin:
-        if line == "shutdown\n":
-            shut_down()
+        if line.strip() in acts:
+            acts[line.strip()]()
         elif "=" in line:
             what, _, numbers = line.strip().partition("=")
             sender, topic = what.split()

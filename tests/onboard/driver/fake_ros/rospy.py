@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import os
 import queue
+import sys
 import threading
 import time
+import types
 from typing import Any, ClassVar
 
 from fake_graph import Message, listen, listeners, say
@@ -23,6 +25,10 @@ def get_name() -> str:
     return "/driver"
 
 
+def get_node_uri() -> str:
+    return "http://here:1/"
+
+
 def set_param(name: str, value: Any) -> None:
     say({"topic": "parameter", "name": name, "value": value})
 
@@ -31,12 +37,54 @@ _HOOKS: list[Any] = []
 
 
 def on_shutdown(hook: Any) -> None:
-    """Runs when the test writes the line ``shutdown``, as for a node that another one replaces."""
+    """Runs when the test writes the line ``failure``, as when the server of the slave API fails."""
     _HOOKS.append(hook)
 
 
 def signal_shutdown(reason: str) -> None:
     say({"topic": "shutdown", "reason": reason})
+
+
+class ROSHandler:
+    """The slave API. The line ``shutdown`` calls it as a master does when another node has the name."""
+
+    def shutdown(self, _caller: str, _reason: str) -> Any:
+        _fail()
+
+
+class TopicManager:
+    """Lists what the node publishes and subscribes to, and connects it to publishers."""
+
+    def get_publications(self) -> list[tuple[str, str]]:
+        return [("/odom", "nav_msgs/Odometry")]
+
+    def get_subscriptions(self) -> list[tuple[str, str]]:
+        return [("/cmd_vel", "geometry_msgs/Twist")]
+
+    def get_services(self) -> list[tuple[str, str]]:
+        return [("/driver/get_loggers", "rosrpc://127.0.0.1:4712")]
+
+    @property
+    def listeners(self) -> list[TopicManager]:
+        return [self]
+
+    def publisher_update(self, topic: str, publishers: list[str]) -> None:
+        say({"topic": "connects", "name": topic, "to": publishers})
+
+
+def _module(name: str, **contents: Any) -> None:
+    sys.modules[name] = types.ModuleType(name)
+    sys.modules[name].__dict__.update(contents)
+
+
+_module("rospy.impl")
+_module("rospy.impl.tcpros_base", TCPServer=object)
+_module("rosgraph.xmlrpc", ThreadingXMLRPCServer=object, SilenceableXMLRPCRequestHandler=object)
+_module("rospy.impl.masterslave", ROSHandler=ROSHandler)
+_module(
+    "rospy.impl.registration",
+    **dict.fromkeys(("get_registration_listeners", "get_service_manager", "get_topic_manager"), TopicManager),
+)
 
 
 class ROSException(Exception):  # noqa: N818  its name in rospy
@@ -97,7 +145,7 @@ class Subscriber:
         self.impl = self
         self.subscribers[topic] = self
         if len(self.subscribers) == 1:
-            listen(_shut_down, _deliver)
+            listen({"failure": _fail, "shutdown": _shut_down}, _deliver)
         say({"topic": "subscribes", "name": topic})
 
     def unregister(self) -> None:
@@ -126,6 +174,10 @@ class Subscriber:
 
 
 def _shut_down() -> None:
+    ROSHandler().shutdown("master", f"[{get_name()}] Reason: new node registered with same name")
+
+
+def _fail() -> None:
     for hook in _HOOKS:
         hook()
 

@@ -75,7 +75,7 @@ class DriverNode:
         run(self._driver, self.commands, self._latch, beat, longest_wait)
 
     def join(self, loop: Future[None]) -> ros.Node:
-        node = ros.join("driver", self._config.namespace, self.commands.stop)
+        node = ros.join_for_good("driver", self._config.namespace, self.commands.stop)
         # Importing messages takes longer than stopping the robot.
         from swarm_onboard.driver.topics import DriverTopics, subscribe_to_settings  # noqa: PLC0415
 

@@ -72,11 +72,11 @@ class GateNode:
 
     def join(self, loop: Future[None]) -> ros.Node:
         def end() -> None:
-            """Runs when ROS shuts this node down, before it closes the connections."""
+            """Runs when ROS fails in this process, before it closes the connections."""
             self.commands.stop()
             futures.wait([loop], _LAST_ZERO)
 
-        node = ros.join(NODE, self._config.namespace, end)
+        node = ros.join_for_good(NODE, self._config.namespace, end)
         # Importing messages takes longer than systemd should wait.
         from swarm_onboard.gate import topics  # noqa: PLC0415
 

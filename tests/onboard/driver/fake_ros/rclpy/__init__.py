@@ -62,7 +62,7 @@ class Node:
     def create_subscription(self, kind: Any, topic: str, take: Any, profile: Any, raw: bool = False) -> str:
         self._subscriptions[topic] = take
         if len(self._subscriptions) == 1:
-            listen(lambda: None, lambda *what: self.waiting.put(what))
+            listen({}, lambda *what: self.waiting.put(what))
         say({"topic": "subscribes", "name": topic})
         return topic
 
