@@ -58,6 +58,14 @@ def test_units_expose_little(swarm: LabSwarm, note: Note) -> None:
             assert exposure <= EXPOSED_AT_MOST
 
 
+def test_a_unit_that_is_denied_every_address_reaches_none(swarm: LabSwarm) -> None:
+    sends = "import socket; socket.socket(type=socket.SOCK_DGRAM).sendto(b'x', ('192.168.77.10', 9))"
+    command = f'sudo systemd-run --quiet --pipe --wait {{}} python3 -c "{sends}" 2>&1 || true'
+    assert swarm.shell("k3-pi", command.format("")) == ""
+    denied = swarm.shell("k3-pi", command.format("--property=IPAddressDeny=any"))
+    assert "PermissionError" in denied
+
+
 def test_the_launch_files_work_by_hand(swarm: LabSwarm) -> None:
     swarm.shell("k3-pi", "sudo systemctl stop swarm-newswarm.k3")
     command = f"{SOURCE}; echo $$; exec roslaunch {HOME}/current/launch/swarm.launch"
