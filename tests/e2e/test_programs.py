@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,12 +13,15 @@ from tests.e2e.lab_swarm import (
     LEADER,
     SOURCE,
     LabSwarm,
+    Note,
     quoted,
     until,
 )
 from tests.timing import Promise
 
 TEXT = 'it\'s 100 % "so" $(so)'
+#: Writes a file by a relative path, if the camera opens and the disk, of the same group, does not.
+OPENS = "if test -w /dev/video0 -a ! -w /dev/disk0; then touch opens; fi"
 PROGRAMS = """
 programs:
   shout:
@@ -39,7 +43,7 @@ programs:
     host: k3-pi
     namespace: k3/hall
     lifecycle: oneshot
-    command: [bash, -c, "rosparam set greeting hello; env > /home/robot/greet"]
+    command: [bash, -c, "rosparam set greeting hello; env > /home/robot/greet; OPENS"]
   once:
     robot: k3
     package: shouting
@@ -56,7 +60,7 @@ programs:
     params: {text: typed, rate: 1.0}
     lifecycle: interactive
   gmapping: {host: koala-laptop, package: gmapping, executable: slam_gmapping, optional: true}
-"""
+""".replace("OPENS", OPENS)
 PACKAGE = """<package format="2"><name>shouting</name><version>1.0.0</version>
 <description>says it</description><maintainer email="a@b.example">a</maintainer><license>BSD</license>
 </package>"""
@@ -77,6 +81,7 @@ while not rospy.is_shutdown():
         sys.exit(3)
 """
 FOLDER = "/usr/share/shouting"
+EXPOSED_AT_MOST = 2.0
 
 
 @pytest.fixture
@@ -90,11 +95,13 @@ def spec(swarm: LabSwarm) -> Iterator[Path]:
     assert "it lacks the ROS package shouting" in bare.out + bare.err
     put = f"sudo mkdir -p {FOLDER}; cd {FOLDER}; printf %s {quoted(PACKAGE)} | sudo tee package.xml"
     put += f"; printf %s {quoted(NODE)} | sudo tee shout.py; sudo chmod +x shout.py"
+    put += "; cd /dev; sudo mknod -m 660 video0 c 81 0; sudo mknod -m 660 disk0 b 7 0"
+    put += "; sudo chgrp video video0 disk0"
     swarm.shell("k3-pi", put)
     done = swarm.deploy(path)
     assert done.status == 0, done.out + done.err
     yield path
-    swarm.shell("k3-pi", f"sudo rm -r {FOLDER}")
+    swarm.shell("k3-pi", f"sudo rm -r {FOLDER} /dev/video0 /dev/disk0")
 
 
 def received(swarm: LabSwarm) -> str:
@@ -130,6 +137,22 @@ def test_programs_survive_their_master_and_optional_ones_are_left_out(
 
 def nodes(swarm: LabSwarm) -> list[str]:
     return swarm.shell(LEADER, f"{SOURCE}; rosnode list 2>/dev/null || true").split()
+
+
+def test_units_expose_little_and_have_limits(swarm: LabSwarm, spec: Path, note: Note) -> None:
+    for host in swarm.hosts:
+        for unit in (f"swarm-newswarm.{name}.service" for name in swarm.units(host)):
+            output = swarm.shell(host, f"systemd-analyze security --no-pager {unit} | tail -n 1")
+            exposure = float(re.findall(r": ([0-9.]+) ", output)[0])
+            note(f"exposure of {host} {unit}", f"{exposure}", f"<= {EXPOSED_AT_MOST}")
+            assert exposure <= EXPOSED_AT_MOST, f"{host} {unit}: {exposure}"
+            limits = swarm.shell(host, f"systemctl show -p MemoryMax -p TasksMax --value {unit}").split()
+            assert len(limits) == 2
+            assert "infinity" not in limits, f"{host} {unit}: {limits}"
+
+
+def test_a_program_writes_to_its_home_and_opens_what_its_groups_open(swarm: LabSwarm, spec: Path) -> None:
+    until(lambda: "opens" in swarm.shell("k3-pi", "ls /home/robot"), "it does not open the camera alone")
 
 
 def test_any_command_runs_in_the_namespace_of_its_robot(swarm: LabSwarm, spec: Path) -> None:

@@ -216,20 +216,6 @@ def test_systemd_finds_nothing_wrong_with_the_units(
     assert (ran.returncode, ran.stdout + ran.stderr) == (0, "")
 
 
-@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
-def test_drivers_and_master_are_shut_in(rendered: Mapping[str, Bundle], tmp_path: Path) -> None:
-    for bundle in rendered.values():
-        for file in bundle.files:
-            if file.path.endswith(".service"):
-                (tmp_path / Path(file.path).name).write_bytes(file.content)
-    units = sorted(str(path) for path in tmp_path.iterdir())
-    ran = subprocess.run(
-        ["systemd-analyze", "security", "--offline=true", "--threshold=20", "--no-pager", *units],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert ran.returncode == 0, ran.stdout[-500:]
-
-
 def test_the_timer_of_no_other_chip_than_ftdis_is_set(rendered: Mapping[str, Bundle]) -> None:
     rules = [file.content.decode() for file in rendered["k3-pi"].files if file.path.startswith("udev/60-")]
     lines = [line for text in rules for line in text.splitlines() if "ATTR{latency_timer}" in line]

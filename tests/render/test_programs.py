@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import shutil
 import subprocess
@@ -30,8 +29,8 @@ PROGRAMS = (
 ANY_CHARACTER = st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"], exclude_characters="\ufffe\uffff")
 UNIT_VALUES = {
     "swarm": "s", "program": "p", "home": "/opt/swarm/s", "target": "t", "runtime": "r", "packages": (),
-    "user": "robot", "shipped": False, "container": "", "oneshot": False, "secrets": (), "memory_mb": None,
-    "master": True, "ends_together": False,
+    "user": "robot", "shipped": False, "container": "", "engine": "", "oneshot": False, "secrets": (),
+    "memory_mb": None, "master": True, "ends_together": False,
 }  # fmt: skip
 LAUNCH_VALUES = {
     "home": "/opt/swarm/s", "program": "p", "group": "", "node": "p", "package": "a", "executable": "b",
@@ -252,22 +251,6 @@ def test_every_need_is_a_file_of_the_bundle(rendered: Mapping[str, Bundle]) -> N
     for bundle in rendered.values():
         assert len(files_of(bundle)) == len(bundle.files)
         assert {path for unit in bundle.units for path in unit.needs} <= set(files_of(bundle))
-
-
-@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
-def test_shipped_programs_are_sandboxed_and_others_limited(
-    rendered: Mapping[str, Bundle], tmp_path: Path
-) -> None:
-    limits = {"joystick": 2.0, "map": 8.2}  # a user's program keeps the user's rights, and gains none
-    for program, limit in limits.items():
-        file = files_of(rendered["laptop"])[f"units/swarm-prog.{program}.service"]
-        path = tmp_path / Path(file.path).name
-        path.write_bytes(file.content)
-        ran = subprocess.run(
-            ["systemd-analyze", "security", "--offline=true", f"--threshold={limit * 10:.0f}", "--json=short",
-             "--no-pager", str(path)], capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        assert ran.returncode == 0, [one for one in json.loads(ran.stdout or "[]") if one.get("exposure")]
 
 
 def test_a_program_runs_on_the_first_host_with_its_needs(tmp_path: Path) -> None:

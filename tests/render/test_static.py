@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -118,14 +116,3 @@ def test_the_node_comes_with_all_that_it_imports(tmp_path: Path) -> None:
         "multimaster/swarm_onboard/common/systemd.py",
     } <= paths
     assert "drivers/serial_driver.py" not in paths
-
-
-@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
-def test_the_unit_is_shut_in(tmp_path: Path) -> None:
-    unit = tmp_path / UNIT
-    unit.write_text(text_of(rendered(tmp_path, "standalone")["epuck-pi"], f"units/{UNIT}"), "utf-8")
-    ran = subprocess.run(
-        ["systemd-analyze", "security", "--offline=true", "--threshold=20", "--no-pager", str(unit)],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert ran.returncode == 0, ran.stdout[-500:]

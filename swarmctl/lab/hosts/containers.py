@@ -28,10 +28,8 @@ def settings_of(packages: Iterable[str]) -> Mapping[str, str]:
 
 
 def nspawn_options(files: HostPaths, engines: Iterable[str]) -> tuple[str, ...]:
-    """Returns the options for a host: bpf(), which sets the devices of a container, and a folder for images.
+    """Returns the options for a host: a folder for images, if a program of it is a container.
 
     The folder is not on the host's overlay file system, since no overlay lies on another one.
     """
-    if not packages_of(engines):
-        return ()
-    return ("--system-call-filter=bpf", f"--bind={files.containers}:{STORAGE}")
+    return (f"--bind={files.containers}:{STORAGE}",) if packages_of(engines) else ()

@@ -82,6 +82,7 @@ def nspawn_argv(
         *("systemd-nspawn", "--quiet", "--register=no", "--keep-unit", "--boot", "--notify-ready=yes"),
         *("--directory", str(files.root), "--machine", host.name, f"--hostname={host.name}"),
         *("--capability=CAP_NET_ADMIN", f"--network-namespace-path={namespace}"),
+        "--system-call-filter=bpf",  # by it systemd denies a unit addresses and devices
         *("--console=passive", "--resolv-conf=off", "--timezone=off", "--link-journal=no"),
         f"--bind={files.pts}:{PTS_INSIDE}",
         *(f"--bind-ro={folder}" for folder in (workspace.folders if workspace else ())),
