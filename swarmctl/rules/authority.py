@@ -117,7 +117,9 @@ def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _unauthorised(context: RuleContext, one: Endpoint, robot: str) -> Diagnostic:
     spec = context.spec
-    sets = one.topic in context.robots_by_setting
+    what, label = "commands", f"the command topic of `{robot}`"
+    if one.topic in context.robots_by_setting:
+        what, label = "settings", f"sets an actuator of `{robot}`"
     listed = sorted(control.by for control in spec.control if robot in control.of)
     entry = {"by": one.owner, "of": [robot]}
     made = (
@@ -128,9 +130,9 @@ def _unauthorised(context: RuleContext, one: Endpoint, robot: str) -> Diagnostic
     listing = f"{{by: {one.owner}, of: [{robot}]"
     return Diagnostic(
         "AUTH004",
-        f"program `{one.owner}` publishes {'settings' if sets else 'commands'} to robot `{robot}` without authority",
+        f"program `{one.owner}` publishes {what} to robot `{robot}` without authority",
         context.span(*one.loc, "topic"),
-        label=f"sets an actuator of `{robot}`" if sets else f"the command topic of `{robot}`",
+        label=label,
         notes=(Note(context.span("control", key=True), "the list of commanders"),) if spec.control else (),
         help=(
             f"add to `control`: {listing}, priority: ...}}; "
