@@ -10,6 +10,7 @@ from swarmctl.analysis.command_paths import CommandPath
 from swarmctl.analysis.diagram import Diagram
 from swarmctl.analysis.impact import Impact
 from swarmctl.analysis.swarm_graph import Graph, Node
+from swarmctl.swarm.flow import Flow
 from swarmctl.swarm.index import SwarmIndex
 
 _ACROSS = frozenset({"commands", "data"})  # the edges that are shown if one end is in the part
@@ -65,6 +66,12 @@ class Part:
     def paths(self, whole: Iterable[CommandPath]) -> tuple[CommandPath, ...]:
         """Returns the paths to the robots of the part."""
         return tuple(one for one in whole if self.has("robot", one.robot))
+
+    def flows(self, whole: Iterable[Flow]) -> tuple[Flow, ...]:
+        """Returns the flows from and to the hosts of the part."""
+        return tuple(
+            one for one in whole if any(self.has("host", name) for name in (*one.sources, *one.hosts))
+        )
 
     def budgets(self, whole: Budgets) -> Budgets:
         """Returns the budgets of what the part has; those of its networks count what others send too."""

@@ -17,6 +17,7 @@ from swarmctl.render.manifest import digest_of, file_data, manifest_bytes, relea
 #: The folder of every swarm on a host.
 ROOT = paths.ROOT
 _PACKAGE, _WORKSPACE = "package:", "workspace:"
+_IP_LIST = b"\n# The IP list"  # ends the file of a unit that has one
 
 
 #: What a secret may hold that is not a PIN: one line for a variable, any text for a file.
@@ -52,6 +53,13 @@ class File:
     def digest(self) -> str:
         """The digest of the file's content."""
         return digest_of(self.content)
+
+    @property
+    def restart_digest(self) -> str:
+        """The digest of what a unit restarts for: systemd applies its IP list at the next daemon-reload."""
+        if _IP_LIST not in self.content:
+            return self.digest
+        return digest_of(self.content.partition(_IP_LIST)[0])
 
 
 @dataclass(frozen=True)
@@ -125,7 +133,7 @@ class Bundle(Part):
     @cached_property
     def manifest(self) -> ManifestData:
         """The release as data: files with digests and modes, units, links and blocks."""
-        digests = {file.path: file.digest for file in self.files}
+        digests = {file.path: file.restart_digest for file in self.files}
         return {
             "format": FORMAT,
             "swarm": self.swarm,

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from swarmctl.render.bundle import ROOT
+from swarmctl.render.middleware import middleware_of
+from swarmctl.render.multimaster import provider_of
 from swarmctl.swarm import names
-from swarmctl.swarm.resolved import Host, Swarm
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+DDS_GROUP = "239.255.0.1"  # OMG DDSI-RTPS 2.5, 9.6.1.4.1
 
 
 def service_values(swarm: Swarm, host: Host, *, master: bool = True) -> dict[str, Any]:
@@ -17,7 +22,29 @@ def service_values(swarm: Swarm, host: Host, *, master: bool = True) -> dict[str
         "target": names.target(swarm.name),
         "workspaces": host.workspaces,
         "master": master,
+        "reachable": reachable(swarm, host),
     }
+
+
+def reachable(swarm: Swarm, host: Host) -> tuple[str, ...]:
+    """Returns what systemd lets units of this host exchange packets with: addresses; empty for all.
+
+    A node reaches others of its host by the host's own address, and discovers by multicast in a group.
+    """
+    island = next((one for one in swarm.islands if host.name in one.hosts), None)
+    if island is None or not island.filtered:
+        return ()
+    peers = swarm.peers.get(host.name, frozenset())
+    addresses = (one.address for name, one in swarm.hosts.items() if name in peers)
+    return ("localhost", host.address, *addresses, *_groups(swarm, island))
+
+
+def _groups(swarm: Swarm, island: Island) -> Iterator[str]:
+    if "master" not in middleware_of(swarm.distro).capabilities:
+        if island.discovery.method == "multicast":
+            yield DDS_GROUP
+    elif len(swarm.islands) > 1 and provider_of(swarm.multimaster, swarm.distro).discovery is not None:
+        yield swarm.multimaster.group
 
 
 def home(swarm: Swarm) -> str:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.swarm.addresses import Kind, kind
+from swarmctl.swarm.bridges import bridges_of
+from swarmctl.swarm.flow import peers_of
+from swarmctl.swarm.flows import ros_flows
 
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[0-9]+")
 _PASSWORDS = {"password", "passwd", "passphrase", "psk"}
@@ -141,3 +144,61 @@ def public_addresses(context: RuleContext) -> Iterator[Diagnostic]:
                 "if a firewall blocks incoming traffic, ignore this with that reason",
             ),
         )
+
+
+@rule("SEC005", "SEC006")
+def unfilterable_hosts(context: RuleContext) -> Iterator[Diagnostic]:
+    """Hosts whose packets `security: filtered` cannot distinguish from those of others."""
+    filtered = {host for island in context.islands if island.filtered for host in island.hosts}
+    if not filtered:
+        return
+    all_peers = peers_of(ros_flows(context.spec, context.islands, bridges_of(context)))
+    peers = {
+        host: [one for one in context.spec.hosts if one in others and not filtered.isdisjoint((one, host))]
+        for host, others in all_peers.items()
+    }
+    for host in context.spec.hosts:
+        if peers.get(host) and context.addresses[host] is None:
+            yield Diagnostic(
+                "SEC005",
+                f"host `{host}` has no IP address, and `security: filtered` accepts packets by IP address",
+                context.span("hosts", host, "address"),
+                label="a name",
+                help=("write its IP address, and reserve it for the host in the DHCP server of the network",),
+            )
+    if context.networks:
+        yield from _apart(context, peers)
+
+
+def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator[Diagnostic]:
+    """Hosts without a network in common that has both addresses; of each pair the one that has more such."""
+    places = {host: _networks_by_address(context, host) for host in peers if context.addresses[host]}
+    apart = {
+        host: [one for one in peers[host] if one in places and places[one].isdisjoint(own)]
+        for host, own in places.items()
+    }
+    reported: set[str] = set()
+    for host in sorted(apart, key=lambda one: -len(apart[one])):
+        others = [one for one in apart[host] if one not in reported]
+        if not others:
+            continue
+        reported.add(host)
+        more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+        yield Diagnostic(
+            "SEC006",
+            f"no network has the addresses of both `{host}` and `{others[0]}`{more}: "
+            "`security: filtered` drops what they send each other",
+            context.span("hosts", host, "address"),
+            label=f"`{others[0]}` sends from another address, or a router translates it",
+            help=(
+                "give both addresses in one network of `links`",
+                "or write `security: off`, for the swarm or for the island",
+            ),
+        )
+
+
+def _networks_by_address(context: RuleContext, host: str) -> frozenset[int]:
+    """The networks of a host in whose subnets its address is."""
+    ip = context.addresses[host]
+    subnets = ((index, context.subnets[index]) for index, _ in context.networks_of[host])
+    return frozenset(index for index, subnet in subnets if ip and subnet is not None and ip in subnet)

@@ -210,6 +210,9 @@ class Robot(Model):
     )
 
 
+Security = Literal["off", "filtered"]
+
+
 class Control(Model):
     """Who may command whom."""
 
@@ -233,6 +236,7 @@ class Island(Model):
     )
     leader: HostName | None = Field(None, description="Its leader (modes single-minded and leader).")
     hub: HostName | None = Field(None, description="The host that runs its master (mode central).")
+    security: Security | None = Field(None, description="Its own `security`; that of the swarm by default.")
 
 
 class Time(Model):
@@ -347,6 +351,12 @@ class Spec(Model):
         default_factory=lambda: NO_TERMS,
         description="When `deploy`, `rollback`, `remove`, `restart` and `firmware flash` may stop or restart "
         "the units of any robot.",
+    )
+    security: Security = Field(
+        "off",
+        description="`filtered`: the units of swarmctl exchange packets only with hosts that the spec "
+        "declares to be in the same island, or to share topics with it.",
+        examples=["filtered"],
     )
     time: Time = Field(default_factory=Time, description="Whose clock the swarm follows.")
     multimaster: Multimaster | None = Field(

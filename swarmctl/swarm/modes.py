@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from swarmctl.links.link_base import NetworkLink
 from swarmctl.spec import model
-from swarmctl.spec.model import Mode, Spec
+from swarmctl.spec.model import Mode, Security, Spec
 from swarmctl.swarm.discovery import discovery_of, domains
 from swarmctl.swarm.resolved import Island
 
@@ -62,19 +62,21 @@ class _Declared:
     mode: Mode
     hub: str
     hosts: tuple[str, ...]
+    security: Security
 
 
 def _declared(spec: Spec) -> Iterator[_Declared]:
     match spec.mode:
         case Mode.STANDALONE:
-            yield from (_Declared(host, spec.mode, host, (host,)) for host in _ros_hosts(spec))
+            yield from (_Declared(host, spec.mode, host, (host,), spec.security) for host in _ros_hosts(spec))
         case Mode.COMBINED:
             for name, island in spec.islands.items():
                 if (hub := hub_of(island)) is not None:
-                    yield _Declared(name, Mode(island.mode), hub, island.hosts)
+                    security = island.security or spec.security
+                    yield _Declared(name, Mode(island.mode), hub, island.hosts, security)
         case _:
             if (hub := hub_of(spec)) is not None:
-                yield _Declared(spec.name, spec.mode, hub, _ros_hosts(spec))
+                yield _Declared(spec.name, spec.mode, hub, _ros_hosts(spec), spec.security)
 
 
 def jump_hosts(spec: Spec) -> frozenset[str]:
@@ -119,4 +121,11 @@ def _island(spec: Spec, declared: _Declared, domain: int) -> Island:
     hub, members = declared.hub, _members(declared.mode, declared.hub, declared.hosts)
     port = spec.hosts[hub].master_port if hub in spec.hosts else None
     discovery = discovery_of(spec.ros, declared.mode, hub, members, domain)
-    return Island(declared.name, hub, members, port or spec.ros.master_port, discovery)
+    return Island(
+        declared.name,
+        hub,
+        members,
+        port or spec.ros.master_port,
+        discovery,
+        filtered=declared.security == "filtered",
+    )

@@ -12,6 +12,7 @@ from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.authority import Authority, commanded_by
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.clocks import time_root
+from swarmctl.swarm.flows import ros_flows
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import ssh_port
 from swarmctl.swarm.resolved import (
@@ -36,6 +37,7 @@ def resolve(document: Document) -> Swarm:
     Raises ValueError if a robot or a program has no place to run, which the rules report before.
     """
     spec, index = document.spec, SwarmIndex(document)
+    bridges = bridges_of(index)
     return Swarm(
         name=spec.name,
         mode=spec.mode,
@@ -47,7 +49,8 @@ def resolve(document: Document) -> Swarm:
         robots=_robots(index),
         networks=_networks(index),
         islands=index.islands,
-        bridges=bridges_of(index),
+        bridges=bridges,
+        flows=tuple(ros_flows(spec, index.islands, bridges)),
         programs=_programs(index),
         multimaster=spec.multimaster or Multimaster(),
         packages=document.packages.delivered,

@@ -27,6 +27,7 @@ from swarmctl.spec.selection_candidates import Candidates
 from swarmctl.swarm import names
 from swarmctl.swarm.command_topics import CommandTopic, is_gated
 from swarmctl.swarm.discovery import Discovery
+from swarmctl.swarm.flow import Flow, peers_of
 from swarmctl.swarm.shipped_programs import INTERACTIVE
 from swarmctl.swarm.topics import DriverTopic
 
@@ -225,6 +226,7 @@ class Island:
     hosts: tuple[str, ...]
     master_port: int
     discovery: Discovery
+    filtered: bool = False  # whether its hosts accept the packets of declared flows only
 
 
 def island_by_host(islands: Iterable[Island]) -> Mapping[str, Island]:
@@ -256,6 +258,7 @@ class Swarm:
     networks: tuple[Network, ...]
     islands: tuple[Island, ...]
     bridges: tuple[Bridge, ...] = ()
+    flows: tuple[Flow, ...] = ()  # between its units of ROS
     programs: Mapping[str, Program] = field(default_factory=dict)
     multimaster: Multimaster = field(default_factory=Multimaster)
     time: model.Time = field(default_factory=model.Time)
@@ -274,6 +277,11 @@ class Swarm:
             for to in bridge.to:
                 found.setdefault(to, {}).setdefault(bridge.origin, {}).setdefault(bridge.topic, bridge.type)
         return found
+
+    @cached_property
+    def peers(self) -> Mapping[str, frozenset[str]]:
+        """The other hosts with which the units of ROS of a host exchange packets, by host."""
+        return peers_of(self.flows)
 
     @cached_property
     def command_topics(self) -> Mapping[str, CommandTopic]:

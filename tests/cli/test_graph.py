@@ -54,6 +54,7 @@ def test_two_formats_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
         ("impact.txt", ["--impact"]),
         ("paths.txt", ["--paths"]),
         ("budgets.txt", ["--budgets"]),
+        ("flows.txt", ["--security"]),
         ("graph.dot", ["--format", "dot"]),
         ("graph.mermaid", ["--format", "mermaid"]),
         ("graph.svg", ["--format", "svg"]),

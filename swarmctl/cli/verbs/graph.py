@@ -10,7 +10,7 @@ import typer
 from swarmctl.cli import console, options, selected
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from rich.console import RenderableType
 
@@ -49,6 +49,7 @@ def graph(
     budgets: Annotated[
         bool, typer.Option("--budgets", help="The load of lines, adapters, boards, hosts and networks.")
     ] = False,
+    security: Annotated[bool, typer.Option("--security", help="Who may reach what, and why.")] = False,
     limit: options.Limit = None,
     details: options.Details = False,
     color: options.Color = None,
@@ -64,14 +65,15 @@ def graph(
     index = SwarmIndex(console.read_document(spec))
     part = _part(index, limit)
     if chosen not in (GraphFormat.TEXT, GraphFormat.JSON):
-        if impact or paths or path or budgets:
+        if impact or paths or path or budgets or security:
             raise typer.BadParameter(f"--format {chosen.value} has the graph; tables are text or json")
         print(_drawing(index, part, chosen), end="")
     elif chosen is GraphFormat.JSON:
         console.print_json(_everything(index, part, path))
     else:
-        sections = _sections(index, part, path, impact=impact, paths=paths, budgets=budgets, details=details)
-        for number, section in enumerate(sections):
+        tables = {"impact": impact, "paths": paths or path, "budgets": budgets, "security": security}
+        chosen_tables = {name for name, wanted in tables.items() if wanted}
+        for number, section in enumerate(_sections(index, part, path, chosen_tables, details=details)):
             if number:
                 console.out().print()
             if isinstance(section, Text):
@@ -109,28 +111,33 @@ def _sections(
     index: SwarmIndex,
     part: Part,
     path: tuple[str, str] | None,
+    chosen: Collection[str],
     *,
-    impact: bool,
-    paths: bool,
-    budgets: bool,
     details: bool,
 ) -> Iterator[RenderableType]:
     """The requested tables; without any, the swarm as a tree."""
     from swarmctl.analysis.budgets import budgets_of
     from swarmctl.analysis.diagram import diagram
     from swarmctl.analysis.impact import impacts
+    from swarmctl.swarm.flows import flows_of
+    from swarmctl.swarm.resolve import resolve
     from swarmctl.views.graph import budgets as budgets_view
+    from swarmctl.views.graph import flows as flows_view
     from swarmctl.views.graph import impact as impact_view
     from swarmctl.views.graph import overview
     from swarmctl.views.graph import paths as paths_view
 
-    if impact:
+    if "impact" in chosen:
         yield impact_view.table(part.impacts(impacts(index)), details=details, width=console.columns())
-    if paths or path:
+    if "paths" in chosen:
         yield paths_view.paths(_paths(index, part, path), details=details)
-    if budgets:
+    if "budgets" in chosen:
         yield from budgets_view.tables(part.budgets(budgets_of(index)), details=details)
-    if not (impact or paths or path or budgets):
+    if "security" in chosen:
+        swarm = resolve(index.document)
+        yield flows_view.heading(swarm)
+        yield flows_view.table(part.flows(flows_of(swarm)))
+    if not chosen:
         yield overview.overview(part.diagram(diagram(index)), details=details)
 
 
@@ -138,6 +145,8 @@ def _everything(index: SwarmIndex, part: Part, path: tuple[str, str] | None) -> 
     from swarmctl.analysis.budgets import budgets_of
     from swarmctl.analysis.diagram import diagram
     from swarmctl.analysis.impact import impacts
+    from swarmctl.swarm.flows import flows_of
+    from swarmctl.swarm.resolve import resolve
 
     return {
         "v": 1,
@@ -145,6 +154,7 @@ def _everything(index: SwarmIndex, part: Part, path: tuple[str, str] | None) -> 
         "impact": [one.to_json() for one in part.impacts(impacts(index))],
         "paths": [one.to_json() for one in _paths(index, part, path)],
         "budgets": part.budgets(budgets_of(index)).to_json(),
+        "flows": [one.to_json() for one in part.flows(flows_of(resolve(index.document)))],
     }
 
 
