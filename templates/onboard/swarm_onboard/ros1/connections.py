@@ -17,12 +17,13 @@ from rosgraph.xmlrpc import SilenceableXMLRPCRequestHandler, ThreadingXMLRPCServ
 from rospy.impl import tcpros_base
 from rospy.impl.tcpros_base import TCPServer
 
-# Each of these has a thread: TasksMax of the units has as many, and those of the node itself.
-_CALLS, _CALLS_OF_ONE = 24, 8
-_TOPICS, _TOPICS_OF_ONE = 64, 40
+# Each of these has a thread: TasksMax of the units has as many, and those of the node itself. A host that records
+# all topics calls once for each at the same time, and roscpp does not repeat a call that is refused.
+_CALLS, _CALLS_OF_ONE = 256, 128
+_TOPICS, _TOPICS_OF_ONE = 256, 128
 _SECONDS = 3.0  # of silence, in which a call or a header must have come
 _LARGEST_CALL = 256 << 10  # bytes, as for the static multimaster
-_WAITING, _WAITING_OF_ONE = 128, 32  # for their headers
+_WAITING, _WAITING_OF_ONE = 256, 128  # for their headers
 _LARGEST_HEADER = 32 << 10  # bytes; it has the definition of the message
 _SIZE = 4  # bytes in front of a header
 _BACKLOG = 128
