@@ -17,6 +17,7 @@ class UnitSeen:
     if it does not run.
     ``exit``: how its main process ended last; ``stopped``: processes that a signal or a debugger has stopped,
     as number and name; ``unmet``: conditions of its file that are not met, for one that is ``skipped``.
+    ``unenforced``: it runs, and systemd does not enforce its list of IP addresses.
     """
 
     load: str
@@ -36,6 +37,7 @@ class UnitSeen:
     exit: str = ""
     stopped: tuple[str, ...] = ()
     unmet: tuple[str, ...] = ()
+    unenforced: bool = False
 
     @property
     def ended(self) -> bool:

@@ -18,6 +18,7 @@ from tests.health.swarm_values import (
     LAPTOP,
     TARGET,
     UNIT,
+    WLAN,
     all_well,
     both,
     changed,
@@ -136,6 +137,12 @@ FAULTS = {
         changed(checks={"disk": (DISK._replace(free=12 << 10),)}),
         {f"disk {K3_PI} /": ("bad", [])},
         message="is full: 12 KiB free; /opt/swarm is on it",
+    ),
+    "kernel that filters no addresses": Fault(
+        K3_PI,
+        both(with_unit(WLAN, unenforced=True), with_unit(UNIT["k3"], unenforced=True)),
+        {f"filter {K3_PI}": ("bad", [])},
+        message=f"systemd does not enforce the IP addresses of {UNIT['k3']}, {WLAN}: ",
     ),
     "little memory": Fault(
         K3_PI,

@@ -36,6 +36,7 @@ PI = {"pi": Target("pi", "10.0.0.1", "root")}
 UNIT = {
     "load": "loaded", "active": "active", "sub": "running", "result": "success", "text": "",
     "pid": 1, "restarts": 0, "skipped": False, "unmet": [],
+    "unenforced": False,
 }  # fmt: skip
 FACTS = {
     "hostname": "pi", "machine": "armv7l", "python": "3.8.10", "systemd": True, "uid": 0, "boot_id": "b",

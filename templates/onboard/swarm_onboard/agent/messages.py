@@ -19,7 +19,8 @@ SecretState = Literal["same", "other", "new", "kept", "missing"]
 
 class UnitState(TypedDict):
     """A systemd unit as ``systemctl show`` reports it. ``skipped``: a condition of the unit is not met;
-    ``unmet``: those that are not met now, such as ``ConditionPathExists=/sys/class/bluetooth/hci0``."""
+    ``unmet``: those that are not met now, such as ``ConditionPathExists=/sys/class/bluetooth/hci0``.
+    ``unenforced``: it runs, and systemd does not enforce its ``IPAddressDeny=``."""
 
     load: str
     active: str
@@ -30,6 +31,7 @@ class UnitState(TypedDict):
     restarts: int
     skipped: bool
     unmet: list[str]
+    unenforced: bool
 
 
 class Locking(TypedDict, total=False):

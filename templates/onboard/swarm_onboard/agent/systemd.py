@@ -26,6 +26,8 @@ _FIELDS = {
 _NUMBERS = {"MainPID": "pid", "NRestarts": "restarts"}
 _RESTART_RECORDS = "/run/swarm-restarts"  # of bin/restart-delay
 _CONDITION = ("ConditionResult", "ConditionTimestampMonotonic")
+_ADDRESSES = ("IPAddressDeny", "IPAccounting", "IPIngressBytes")
+_NOT_COUNTED = ("[no data]", str(2**64 - 1))  # by the version of systemctl
 
 
 def present(home: Home) -> bool:
@@ -61,9 +63,10 @@ def states(units: Sequence[str]) -> dict[str, UnitState]:
     """Returns the state of each unit: load, active and sub state, main process, restarts, the last result.
 
     ``skipped``: it does not run because a condition of the unit was checked and not met; ``unmet`` are those
-    that are not met now, as its file has them.
+    that are not met now, as its file has them. ``unenforced``: it runs with a list of IP addresses that
+    systemd does not enforce.
     """
-    wanted = ("Id", *_FIELDS, *_NUMBERS, *_CONDITION)
+    wanted = ("Id", *_FIELDS, *_NUMBERS, *_CONDITION, *_ADDRESSES)
     found: dict[str, UnitState] = {}
     for unit, values in properties(units, wanted).items():
         state: Any = {short: values.get(name, "") for name, short in _FIELDS.items()}
@@ -72,6 +75,10 @@ def states(units: Sequence[str]) -> dict[str, UnitState]:
         unmet = met == "no" and looked not in ("", "0")
         state["skipped"] = state["active"] == "inactive" and (unmet or state["result"] == "exec-condition")
         state["unmet"] = []
+        denied, counts, received = (values.get(name, "") for name in _ADDRESSES)
+        # The BPF program that enforces the list counts the bytes, too.
+        filtered = not denied or counts != "yes" or received not in _NOT_COUNTED
+        state["unenforced"] = state["pid"] != 0 and not filtered
         found[unit] = state
     skipped = [unit for unit, state in found.items() if state["skipped"]]
     for unit, values in properties(skipped, ("Id", "FragmentPath")).items():
