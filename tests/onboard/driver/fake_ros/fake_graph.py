@@ -1,7 +1,7 @@
 """What the fakes of rospy and rclpy share: messages, and the process at the other end of stdin and stdout.
 
 Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<sender> <topic>=<numbers>``,
-messages of any other kind as ``<topic>:<bytes in hex>``, and what else happens as one word (see ``_listen``).
+messages of any other kind as ``<topic>:<bytes in hex>``, and what else happens as one word (see ``listen``).
 Publications go out on stdout, one JSON object a line. FAKE_LISTENERS=0 in the environment: nobody listens.
 FAKE_LACKS names a package that is not installed.
 """
