@@ -17,8 +17,8 @@ from rosgraph.xmlrpc import SilenceableXMLRPCRequestHandler, ThreadingXMLRPCServ
 from rospy.impl import tcpros_base
 from rospy.impl.tcpros_base import TCPServer
 
-# Each of these has a thread: TasksMax of the units has as many, and those of the node itself. A host that records
-# all topics calls once for each at the same time, and roscpp does not repeat a call that is refused.
+# Each of these has a thread: TasksMax of the units has as many, and those of the node itself. A host that
+# records all topics calls once for each at the same time, and roscpp does not repeat a call that is refused.
 _CALLS, _CALLS_OF_ONE = 256, 128
 _TOPICS, _TOPICS_OF_ONE = 256, 128
 _SECONDS = 3.0  # of silence, in which a call or a header must have come
