@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import takewhile
 
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.report import Report
@@ -73,13 +73,13 @@ class Run:
 
     @property
     def stood(self) -> float | None:
-        """When the wheels were first standing after the last command; None if never."""
-        after = [one for one in self.poses if one[0] > self.last]
-        still = [
-            at for (_, before), (at, now) in pairwise(after)
-            if (before.left, before.right) == (now.left, now.right)
-        ]  # fmt: skip
-        return still[0] if still else None
+        """When the wheels stood after the last command, and from then on; None if never.
+
+        Two readings in quick succession may be equal while the wheels turn.
+        """
+        after = [(at, (one.left, one.right)) for at, one in self.poses if at > self.last]
+        still = [at for at, _ in takewhile(lambda one: one[1] == after[-1][1], reversed(after))]
+        return still[-2] if len(still) > 1 else None
 
 
 class NoRos:

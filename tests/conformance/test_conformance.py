@@ -10,7 +10,7 @@ import swarm_onboard.driver.session
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.driver.config import Kinematics, Scale
-from swarm_onboard.driver.kinematics import Units
+from swarm_onboard.driver.kinematics import Pose, Units
 from swarm_onboard.driver.link import BytePort
 from swarm_onboard.driver.port import PortError
 
@@ -226,6 +226,17 @@ def test_jumps_are_no_slow_motion(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     assert of_a_class(tmp_path)["limits"].verdict is Verdict.OK
     monkeypatch.setattr(swarm_onboard.driver.session, "wheel_units", unlimited)
     assert of_a_class(tmp_path)["limits"].verdict is Verdict.FAIL
+
+
+def test_wheels_that_go_on_never_stood() -> None:
+    """Two readings in quick succession are equal while the wheels turn."""
+    run = driver_checks.Run(lambda: 0.0, last=1.0)
+    run.poses = [
+        (at, Pose(left=way)) for at, way in ((1.1, 0.1), (1.2, 0.2), (1.2, 0.2), (1.3, 0.3), (1.4, 0.4))
+    ]
+    assert run.stood is None
+    run.poses += [(1.5, run.poses[-1][1]), (1.6, run.poses[-1][1])]
+    assert run.stood == 1.5
 
 
 def test_a_wrong_scale_is_reported_with_the_right_one() -> None:
