@@ -7,8 +7,8 @@ from typing import Any
 
 from swarmctl.render.bundle import ROOT
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster import provider_of
 from swarmctl.swarm import names
+from swarmctl.swarm.flow import Service
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 DDS_GROUP = "239.255.0.1"  # OMG DDSI-RTPS 2.5, 9.6.1.4.1
@@ -43,7 +43,7 @@ def _groups(swarm: Swarm, island: Island) -> Iterator[str]:
     if "master" not in middleware_of(swarm.distro).capabilities:
         if island.discovery.method == "multicast":
             yield DDS_GROUP
-    elif len(swarm.islands) > 1 and provider_of(swarm.multimaster, swarm.distro).discovery is not None:
+    elif any(flow.service is Service.MULTIMASTER for flow in swarm.flows):
         yield swarm.multimaster.group
 
 

@@ -103,8 +103,12 @@ def _once(context: RuleContext, index: int, place: int, *, equal: bool) -> Fix |
 @rule("AUTH004")
 def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
     """A program publishes commands or settings without authority from `control` or from the mode."""
-    settings = {topic: (robot,) for topic, robot in context.robots_by_setting.items()}
-    robots_by_topic = {**settings, **context.robots_by_command}
+    actuators = {
+        f"{context.namespaces[robot]}/{name}": (robot,)
+        for robot, kind in context.driven_robots.items()
+        for name in kind.actuators
+    }
+    robots_by_topic = {**actuators, **context.robots_by_command}
     for one in context.endpoints:
         robots = robots_by_topic.get(one.topic, ()) if one.publishes else ()
         known = one.host in context.spec.hosts and _names_hosts(context)
@@ -112,13 +116,13 @@ def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
         for robot in robots:
             over = context.authority.over(robot)
             if not any(commander.includes(one.node, address) for commander in over):
-                yield _unauthorised(context, one, robot)
+                yield _unauthorised(context, one, robot, sets=one.topic in actuators)
 
 
-def _unauthorised(context: RuleContext, one: Endpoint, robot: str) -> Diagnostic:
+def _unauthorised(context: RuleContext, one: Endpoint, robot: str, *, sets: bool) -> Diagnostic:
     spec = context.spec
     what, label = "commands", f"the command topic of `{robot}`"
-    if one.topic in context.robots_by_setting:
+    if sets:
         what, label = "settings", f"sets an actuator of `{robot}`"
     listed = sorted(control.by for control in spec.control if robot in control.of)
     entry = {"by": one.owner, "of": [robot]}

@@ -158,7 +158,7 @@ def unfilterable_hosts(context: RuleContext) -> Iterator[Diagnostic]:
         for host, others in all_peers.items()
     }
     for host in context.spec.hosts:
-        if peers.get(host) and context.addresses[host] is None:
+        if (host in filtered or peers.get(host)) and context.addresses[host] is None:
             yield Diagnostic(
                 "SEC005",
                 f"host `{host}` has no IP address, and `security: filtered` accepts packets by IP address",

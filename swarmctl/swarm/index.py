@@ -114,15 +114,6 @@ class SwarmIndex:
         return {topic: tuple(robots) for topic, robots in found.items()}
 
     @cached_property
-    def robots_by_setting(self) -> Mapping[str, str]:
-        """The robot whose lights, sounds or other actuators a topic sets, by the topic's full name."""
-        return {
-            f"{self.namespaces[robot]}/{name}": robot
-            for robot, kind in self.driven_robots.items()
-            for name in kind.actuators
-        }
-
-    @cached_property
     def driven_robots(self) -> Mapping[str, RobotType]:
         """The types of the robots that swarmctl's driver drives, by robot."""
         foreign = self.ros_drivers

@@ -15,14 +15,7 @@ from swarm_onboard.common.systemd import REJOINS
 from swarm_onboard.driver.port import Port, PortError
 
 from swarmctl.lab.emulators.serial_faults import Faults
-from tests.onboard.driver.driver_process import (
-    DRIVERS,
-    PYTHONPATH,
-    master,
-    no_master,
-    running,
-    wired,
-)
+from tests.onboard.driver.driver_process import DRIVERS, PYTHONPATH, master, no_master, running, wired
 from tests.onboard.driver.fakes import TESTER, TYPES, config_for, ros_name
 from tests.onboard.multimaster.masters import Rosmaster, served
 from tests.timing import PATIENCE, RunQueue, wait_for
@@ -166,7 +159,7 @@ def test_a_node_goes_on_when_another_server_replaces_its_master(tmp_path):
 def test_a_robot_whose_driver_was_killed_is_stopped_from_outside(type_name, tmp_path):
     with wired(type_name, tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
-        node.drive(0.3, 0.1)
+        node.drive_until(wiring.moving, 0.1)
         node.process.kill()
         node.process.wait()
         assert wiring.moving()
