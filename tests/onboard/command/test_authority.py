@@ -148,7 +148,7 @@ def test_refused_nodes_are_whole_names():
         (
             Sender("/rostopic_77", None),
             False,
-            "refuses /rostopic_77: its connection has ended",
+            "refuses /rostopic_77: its host is not known",
         ),
     ],
 )

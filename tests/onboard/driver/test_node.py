@@ -325,13 +325,19 @@ def test_only_the_declared_commander_reaches_the_wheels(tmp_path):
         assert not wiring.moving()
 
 
-def test_the_name_of_a_commander_on_another_host_is_refused(tmp_path):
+@pytest.mark.parametrize(
+    ("host", "why"),
+    [
+        ("192.168.77.12", "it has the name of a node of tester, which is on 192.168.77.10"),
+        ("", "its host is not known"),
+    ],
+)
+def test_the_name_of_a_commander_on_another_host_is_refused(host, why, tmp_path):
     with wired("koala", tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
-        node.drive(0.5, 0.2, sender="/tester@192.168.77.12")
+        node.drive(0.5, 0.2, sender=f"/tester@{host}")
         assert wiring.pty.snapshot().distance == 0
-        complaint = "/tester on 192.168.77.12: it has the name of a node of tester, which is on 192.168.77.10"
-        wait_for(lambda: complaint in node.status()["message"])
+        wait_for(lambda: f": {why}" in node.status()["message"])
 
 
 @BOTH

@@ -203,7 +203,7 @@ class Authority:
         if not self._commanders:
             return "nobody may command it"
         if sender.host is None:
-            return "its connection has ended"
+            return "its host is not known"
         if claimed := next((one for one in self._commanders if one.names(sender.node)), None):
             return f"it has the name of a node of {claimed.name}, which is on {', '.join(claimed.hosts)}"
         named = "not among its commanders " + ", ".join(dict.fromkeys(one.name for one in self._commanders))

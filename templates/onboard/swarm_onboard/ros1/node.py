@@ -45,16 +45,15 @@ def join_for_good(name: str, namespace: str, end: Callable[[], None]) -> Node:
 def _subscribe_with_sender(topic: str, message: Any, take: Callable[[str, str | None, Any], None]) -> None:
     """Passes on each message with its sender: the node that it says it is, and the host, in lower case.
 
-    The host is the one to which this node has connected, as the publisher's node advertises it, and None
-    once that connection has ended.
+    The host is the one to which this node has connected, as the publisher's node advertises it. None once
+    that connection has ended, and for an empty host, which means this computer and names none.
     """
     subscriber = rospy.Subscriber(topic, message, queue_size=1, tcp_nodelay=True).impl
 
     def received(one: Any) -> None:
         header = one._connection_header
-        found = (own.remote_endpoint[0] for own in subscriber.connections if own.header is header)
-        host = next(found, None)
-        take(str(header.get("callerid", "")), None if host is None else str(host).lower(), one)
+        found = (str(own.remote_endpoint[0]) for own in subscriber.connections if own.header is header)
+        take(str(header.get("callerid", "")), next(found, "").lower() or None, one)
 
     subscriber.add_callback(received, None)
 

@@ -128,9 +128,9 @@ class _Connection:
     """A sender's, to its host: ``/node@host``, or the host of the tester."""
 
     def __init__(self, sender: str) -> None:
-        node, _, host = sender.partition("@")
+        node, placed, host = sender.partition("@")
         self.header = {"callerid": node}
-        self.remote_endpoint = (host or "192.168.77.10", 40001)
+        self.remote_endpoint = (host if placed else "192.168.77.10", 40001)
         self.arrived: queue.Queue[Any] = queue.Queue()
 
 
