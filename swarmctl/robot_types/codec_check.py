@@ -75,12 +75,13 @@ def _classes(text: str, path: str) -> dict[str, ast.ClassDef] | Diagnostic:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             tree = ast.parse(text, path, feature_version=_PYTHON)
-    except SyntaxError as error:
-        line, column = max(error.lineno or 1, 1), max(error.offset or 1, 1)
-        message = f"this is not Python 3.8: {error.msg}"
+    except (SyntaxError, ValueError) as error:  # a null byte is a ValueError before Python 3.11.4
+        place = error if isinstance(error, SyntaxError) else SyntaxError(str(error))
+        line, column = max(place.lineno or 1, 1), max(place.offset or 1, 1)
+        message = f"this is not Python 3.8: {place.msg}"
         help_ = "robots with ROS noetic have Python 3.8; write it so that it runs there"
         return Diagnostic("CODEC002", message, Span(path, line, column, line, column + 1), help=(help_,))
-    except (ValueError, RecursionError, MemoryError) as error:
+    except (RecursionError, MemoryError) as error:
         return Diagnostic("CODEC002", f"`{path}` is not Python: {error}", Span(path, 1, 1, 1, 1))
     return {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
 
