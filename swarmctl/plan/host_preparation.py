@@ -11,6 +11,7 @@ from swarm_onboard.agent.preparation_messages import InventoryAnswer
 
 from swarmctl.plan import preflight
 from swarmctl.plan.host_needs import HostNeeds
+from swarmctl.plan.host_tools import install_hints
 from swarmctl.plan.package_requirement import Entries, PackageRequirement
 from swarmctl.plan.plan import Problem
 from swarmctl.render.bundle import required
@@ -197,7 +198,7 @@ def _no_source(need: PackageRequirement, has: InventoryAnswer, distro: str) -> P
         f"{need.key or required(need.requirement)[1] or need.packages[0]}, needed by {_cause(need.entries)}"
     )
     if not need.packages:
-        return Problem("lacks", what, "; ".join(middleware_of(distro).install_hints([need.requirement])))
+        return Problem("lacks", what, "; ".join(install_hints(distro, [need.requirement])))
     installed = [name for name in need.packages if has["debian"].get(name) == "installed"]
     reason = (
         f"{installed[0]} is installed and does not bring it"

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+
+from swarmctl.render.middleware import middleware_of
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,14 @@ TOOLS = {
     "rfcomm": Tool("bluez", "rfcomm: its Bluetooth robots have no serial line", ", then deploy again"),
     "avrdude": Tool("avrdude", "avrdude: `swarmctl firmware flash` cannot write its boards"),
     "iw": Tool("iw", "iw: wlan power saving stays on", ", then reboot"),
+    "nft": Tool("nftables"),
     "podman": Tool("podman"),
     "docker": Tool("docker.io"),
 }
+
+
+def install_hints(distro: str, missing: Sequence[str]) -> Iterator[str]:
+    """Yields what to do on a host that lacks ``missing``: tools first, then what belongs to its ROS."""
+    if tools := [TOOLS[one].package for one in missing if one in TOOLS]:
+        yield f"`apt install {' '.join(tools)}`"
+    yield from middleware_of(distro).install_hints([one for one in missing if one not in TOOLS])

@@ -13,11 +13,11 @@ from swarm_onboard.agent.paths import READERS
 from swarmctl.health import unit_conditions
 from swarmctl.plan import host_edits, preflight
 from swarmctl.plan.files_only import files_only
+from swarmctl.plan.host_tools import install_hints
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
 from swarmctl.render.bundle import Bundle, File, package, required
 from swarmctl.render.elf import machines_of
-from swarmctl.render.middleware import middleware_of
 
 _DRIFT = {
     "changed": "was changed on the host",
@@ -268,4 +268,4 @@ def _described(kind: str, name: str) -> str:
 
 
 def _install_hint(bundle: Bundle, missing: Sequence[str]) -> str:
-    return "; ".join(middleware_of(bundle.distro).install_hints(missing))
+    return "; ".join(install_hints(bundle.distro, missing))

@@ -7,7 +7,7 @@ from dataclasses import fields
 from itertools import chain
 from typing import Any
 
-from swarmctl.render import bluetooth, maintenance_file
+from swarmctl.render import bluetooth, firewall, maintenance_file
 from swarmctl.render.bundle import Bundle, File, Part, Unit
 from swarmctl.render.host_os import Preparation
 from swarmctl.render.middleware import middleware_of
@@ -34,9 +34,10 @@ def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
 
 
 def _swarm_parts(swarm: Swarm, host: Host) -> Iterator[Part]:
-    """The robots, the multimaster and the programs of ``host``, in the start order of their units."""
+    """The firewall, robots, multimaster and programs of ``host``, in the start order of their units."""
     island, middleware = swarm.island_of(host.name), middleware_of(swarm.distro)
     provider = provider_of(swarm.multimaster, swarm.distro)
+    yield from firewall.parts(swarm, host)
     yield from bluetooth.parts(swarm, host)
     yield from middleware.robots(swarm, host, island)
     yield maintenance_file.part(swarm, host)

@@ -16,7 +16,8 @@ from swarmctl.render.bundle import File, Part
 from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
-from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.flow import Service
+from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
 from swarmctl.swarm.topics import DriverTopic
 
@@ -177,6 +178,9 @@ class Middleware(Protocol):
 
         ``processes``: how many processes with nodes each host runs.
         """
+
+    def ports(self, island: Island) -> Mapping[Service, Sequence[PortRange]]:
+        """Returns where hosts of ``island`` listen for others; where for the master, only its hub does."""
 
     def most_processes(self, island: Island) -> int | None:
         """Returns how many processes with nodes a host of ``island`` can run; None without such a limit."""

@@ -6,7 +6,7 @@ To add one, write an object with the members of ``MultimasterProvider`` and regi
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol, cast
 
@@ -15,7 +15,7 @@ from swarmctl.render.bundle import Part
 from swarmctl.render.middleware import Capability, middleware_of
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
-from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 
@@ -71,6 +71,9 @@ class MultimasterProvider(Protocol):
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         """Returns the ports that it takes on the hub of ``island``."""
 
+    def ports(self, swarm: Swarm, island: Island) -> Sequence[PortRange]:
+        """Returns where it listens for other hubs on the hub of ``island``."""
+
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterable[Part]:
         """Returns what the hub ``host`` of ``island`` gets; called only for hubs that run the provider."""
 
@@ -89,6 +92,9 @@ class _NoProvider:
     only_receivers = True
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
+        return ()
+
+    def ports(self, swarm: Swarm, island: Island) -> Sequence[PortRange]:
         return ()
 
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterable[Part]:

@@ -141,6 +141,11 @@ def chrony(value: Any) -> str:
     return _fitting(value, r"[A-Za-z0-9:./-]+", "cannot stand in chrony.conf")
 
 
+def nft(value: Any) -> str:
+    """Returns a number, an address, a name or a range of nft(8), which need no quotes."""
+    return _fitting(value, r"[$]?[A-Za-z0-9_.:/-]+", "cannot stand in rules of nft")
+
+
 def section(value: Any) -> str:
     """Returns the name of a section of a key file, such as NetworkManager reads."""
     return _fitting(value, r"[A-Za-z0-9.-]+", "cannot be the name of a section")
@@ -188,6 +193,7 @@ LITERALS: dict[str, Callable[[Any], str]] = {
     ".hosts": hosts,
     ".chrony": chrony,
     ".conf": section,
+    ".nft": nft,
     ".yaml": scalar,
     ".h": c,
 }

@@ -36,10 +36,23 @@ def reachable(swarm: Swarm, host: Host) -> tuple[str, ...]:
         return ()
     peers = swarm.peers.get(host.name, frozenset())
     addresses = (one.address for name, one in swarm.hosts.items() if name in peers)
-    return ("localhost", host.address, *addresses, *_groups(swarm, island))
+    return (
+        "localhost",
+        host.address,
+        *addresses,
+        *robots_with_nodes(swarm, island),
+        *groups(swarm, island),
+    )
 
 
-def _groups(swarm: Swarm, island: Island) -> Iterator[str]:
+def robots_with_nodes(swarm: Swarm, island: Island) -> Iterator[str]:
+    """Yields the addresses of the robots of ``island`` that run nodes themselves."""
+    for host in island.hosts:
+        yield from (one.node_address for one in swarm.robots_on(host) if one.node_address)
+
+
+def groups(swarm: Swarm, island: Island) -> Iterator[str]:
+    """Yields the multicast group in which hosts of ``island`` discover others, if any."""
     if "master" not in middleware_of(swarm.distro).capabilities:
         if island.discovery.method == "multicast":
             yield DDS_GROUP

@@ -68,11 +68,14 @@ MASTER = "master"
 DISCOVERY = "discovery"
 MULTIMASTER = "multimaster"
 WLAN = "wlan"
+FIREWALL = "firewall"
+FIREWALL_FILE = "firewall.nft"
 
 TOOLS = (
     "bluetooth-pair",
     "give-secrets",
     "has-packages",
+    "load-firewall",
     "refuse-beside-units",
     "restart-delay",
     "ros-client",
@@ -88,6 +91,7 @@ TAKEN = {
     MASTER: "the unit of the ROS master",
     DISCOVERY: "the unit of the discovery server",
     MULTIMASTER: "the unit of the multimaster",
+    FIREWALL: "the unit of the firewall",
     WLAN: "the unit that turns off power saving of the wlan",
     "swarm": "the launch file of all robots",
     **dict.fromkeys(TOOLS, "one of the tools in a release"),
@@ -108,6 +112,11 @@ def valid_name(text: str, prefix: str) -> str:
 def unit(swarm: str, *part: str) -> str:
     """Returns the systemd unit of one part of a swarm (master, robot, line). Names contain no dot."""
     return ".".join((f"swarm-{swarm}", *part, "service"))
+
+
+def firewall_table(swarm: str) -> str:
+    """Returns the table of nftables, of family inet, with the firewall of a swarm on a host."""
+    return f"swarm-{swarm}"
 
 
 def runtime_folder(swarm: str, part: str) -> str:

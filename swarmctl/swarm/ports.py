@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.resolved import Island
@@ -11,6 +12,19 @@ from swarmctl.swarm.resolved import Island
 SSH = "the SSH server"
 EPHEMERAL = range(32768, 61000)  # Linux draws ports of outgoing connections here (ip_local_port_range)
 USUAL_MASTER = 11311
+
+
+@dataclass(frozen=True)
+class PortRange:
+    """The ports from ``first`` to ``last``, both included."""
+
+    protocol: Literal["tcp", "udp"]
+    first: int
+    last: int
+
+
+#: Where nodes of ROS 1 listen: on any port of the range that Linux draws from, which a host may change.
+DRAWN = PortRange("tcp", EPHEMERAL[0], EPHEMERAL[-1])
 
 Loc = tuple[str | int, ...]
 

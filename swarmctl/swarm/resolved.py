@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
 
+from swarmctl.links.ip_link import IpLink
 from swarmctl.links.link_base import Device, RobotLink
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.motion import Motion
@@ -187,6 +188,12 @@ class Robot:
     def full_name(self, topic: str) -> str:
         """The full name of one of its ``topics``."""
         return topic if topic.startswith("/") else f"{self.namespace}/{topic}"
+
+    @property
+    def node_address(self) -> str | None:
+        """The address of a robot that runs nodes of ROS itself, such as a Create 3; None for others."""
+        runs_nodes = isinstance(self.driver, ForeignDriver) and self.driver.ros.peer
+        return self.link.address if runs_nodes and isinstance(self.link, IpLink) else None
 
     @property
     def is_described(self) -> bool:

@@ -12,7 +12,8 @@ from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
-from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.flow import Service
+from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
 from swarmctl.swarm.topics import DriverTopic
 
@@ -79,6 +80,9 @@ class Pebble:
     def listeners(self, spec: Spec, island: Island, processes: Mapping[str, int]) -> Iterator[Listener]:
         yield Listener(island.hub, 7400, "pebble's router", ("ros", "distro"))
 
+    def ports(self, island: Island) -> Mapping[Service, Sequence[PortRange]]:
+        return {Service.NODES: (PortRange("udp", 7400, 7400),)}
+
     def most_processes(self, island: Island) -> None:
         return None
 
@@ -107,6 +111,10 @@ class Mesh:
 
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
         yield Listener(island.hub, island.master_port + 50, "the mesh", ("multimaster", "provider"))
+
+    def ports(self, swarm: Swarm, island: Island) -> Sequence[PortRange]:
+        port = island.master_port + 50
+        return (PortRange("tcp", port, port),)
 
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         lines = [

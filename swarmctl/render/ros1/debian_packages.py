@@ -12,8 +12,6 @@ PROGRAMS = {  # of Ubuntu 20.04 with the packages of ROS, and of Debian
     ROSPY: ("ros-noetic-ros-base", "python3-rospy"),
     PYSERIAL: ("python3-serial",),
     TF: ("ros-noetic-tf2-msgs", "python3-tf2-msgs"),
-    "podman": ("podman",),
-    "docker": ("docker.io",),
 }
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9.+-]+")

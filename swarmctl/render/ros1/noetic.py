@@ -21,7 +21,8 @@ from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule, onboard
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
-from swarmctl.swarm.ports import Listener, master_loc
+from swarmctl.swarm.flow import Service
+from swarmctl.swarm.ports import DRAWN, Listener, PortRange, master_loc
 from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm, SwarmctlDriver
 from swarmctl.swarm.topics import DIAGNOSTICS, DIAGNOSTICS_TYPE
 
@@ -108,6 +109,11 @@ class Noetic:
     def listeners(self, spec: Spec, island: Island, processes: Mapping[str, int]) -> Iterator[Listener]:
         """Yields the port of the master."""
         yield Listener(island.hub, island.master_port, "the ROS master", master_loc(spec, island))
+
+    def ports(self, island: Island) -> Mapping[Service, Sequence[PortRange]]:
+        """Returns the port of the master, and those of nodes, which are any."""
+        port = island.master_port
+        return {Service.MASTER: (PortRange("tcp", port, port),), Service.NODES: (DRAWN,)}
 
     def most_processes(self, island: Island) -> None:
         """Returns None: nodes take any free ports."""

@@ -13,7 +13,7 @@ from swarmctl.swarm.resolved import ForeignDriver, Host, Island, Program, Robot,
 
 RCLPY, PYSERIAL = package("rclpy"), "pyserial"
 #: What is no ROS package, by the name of the requirement.
-PROGRAMS = {PYSERIAL: ("python3-serial",), "podman": ("podman",), "docker": ("docker.io",)}
+PROGRAMS = {PYSERIAL: ("python3-serial",)}
 _OF_FASTDDS = {"humble": "fastrtps", "jazzy": "fastrtps"}  # before Kilted
 _NAME = re.compile(r"[a-z0-9][a-z0-9.+-]+")
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.links.ip_link import IpLink
 from swarmctl.render.bundle import File
 from swarmctl.render.quoting import render
 from swarmctl.swarm.addresses import ip_of
-from swarmctl.swarm.resolved import ForeignDriver, Host, Island, Swarm
+from swarmctl.swarm.resolved import Host, Island, Swarm
 
 FASTDDS, SUPER_CLIENT, CYCLONE = "env/fastdds.xml", "env/super_client.xml", "env/cyclonedds.xml"
 HUMBLE = "humble"  # the last without ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_SUPER_CLIENT
@@ -50,12 +49,7 @@ def peers_by_file(swarm: Swarm, island: Island) -> bool:
 
 def robots_with_nodes(swarm: Swarm, host: Host) -> list[str]:
     """Returns the addresses of the robots of ``host`` that run nodes themselves."""
-    found = ((robot.driver, robot.link) for robot in swarm.robots_on(host.name))
-    return [
-        link.address
-        for driver, link in found
-        if isinstance(driver, ForeignDriver) and driver.ros.peer and isinstance(link, IpLink)
-    ]
+    return [robot.node_address for robot in swarm.robots_on(host.name) if robot.node_address]
 
 
 def _fastdds(swarm: Swarm, host: Host, island: Island, servers: list[tuple[str, str]] | None = None) -> bytes:

@@ -25,7 +25,8 @@ from swarmctl.render.ros2 import (
 from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule, onboard
 from swarmctl.spec.model import Spec
-from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.flow import Service
+from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
 from swarmctl.swarm.topics import DIAGNOSTICS, DIAGNOSTICS_TYPE, DriverTopic
 
@@ -131,6 +132,10 @@ class Ros2:
     def listeners(self, spec: Spec, island: Island, processes: Mapping[str, int]) -> Iterator[Listener]:
         """Yields the ports of servers and of DDS on all hosts of ``island``."""
         return domain_ports.listeners(island, processes)
+
+    def ports(self, island: Island) -> Mapping[Service, Sequence[PortRange]]:
+        """Returns the ports of servers, and those of the domain."""
+        return {Service.NODES: domain_ports.ranges(island)}
 
     def most_processes(self, island: Island) -> int | None:
         """Returns how many processes a domain has ports for, or nodes of other hosts look for."""

@@ -9,10 +9,10 @@ from collections.abc import Iterator, Mapping
 
 from swarmctl.render.ros2.discovery_files import FASTDDS_2, MOST_PARTICIPANTS
 from swarmctl.render.ros2.graph_environment import ROUTER_PORT, SERVER_PORT
-from swarmctl.swarm.ports import Listener, Loc
+from swarmctl.swarm.ports import Listener, Loc, PortRange
 from swarmctl.swarm.resolved import Island
 
-_BASE, _BY_DOMAIN, _BY_PROCESS = 7400, 250, 2
+_BASE, _BY_DOMAIN, _BY_PROCESS, _LAST = 7400, 250, 2, 65535
 _MOST = (_BY_DOMAIN - 10) // _BY_PROCESS  # before the ports of the next domain
 
 
@@ -38,6 +38,16 @@ def _of_domain(island: Island, host: str, processes: int) -> Iterator[Listener]:
     for process in range(processes):
         for port in (first + 10 + _BY_PROCESS * process, first + 11 + _BY_PROCESS * process):
             yield Listener(host, port, what, loc, "udp")
+
+
+def ranges(island: Island) -> tuple[PortRange, ...]:
+    """Returns every port that a host of ``island`` may take for ROS: of its domain, and of a server."""
+    discovery = island.discovery
+    if discovery.rmw == "zenoh":
+        return (PortRange("tcp", ROUTER_PORT, ROUTER_PORT),)
+    first = _BASE + _BY_DOMAIN * discovery.domain
+    of_domain = PortRange("udp", first, min(first + _BY_DOMAIN - 1, _LAST))
+    return (of_domain, PortRange("udp", SERVER_PORT, SERVER_PORT)) if discovery.servers else (of_domain,)
 
 
 def most_processes(distro: str, island: Island) -> int | None:

@@ -20,7 +20,7 @@ from swarmctl.render.yaml_params import params_file
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm import names
-from swarmctl.swarm.ports import USUAL_MASTER, Listener, master_loc
+from swarmctl.swarm.ports import USUAL_MASTER, Listener, PortRange, master_loc
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 PARAMS = "params/multimaster.yaml"
@@ -60,6 +60,11 @@ class Fkie:
         yield Listener(hub, master + DAEMON_OFFSET, "fkie's node manager", loc, runs=False)
         mas = _MAS_BASE + _MAS_STEP * (master - USUAL_MASTER)
         yield Listener(hub, mas, "fkie's MAS daemon", loc, runs=False)
+
+    def ports(self, swarm: Swarm, island: Island) -> tuple[PortRange, ...]:
+        """Returns the ports of discovery, for calls and for heartbeats."""
+        calls, beats = discovery_port(island), swarm.multimaster.port
+        return PortRange("tcp", calls, calls), PortRange("udp", beats, beats)
 
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         """Parameters, launch file, and the unit that starts both nodes."""

@@ -18,7 +18,7 @@ from swarmctl.render.service_values import service_values
 from swarmctl.render.yaml_params import params_file
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
-from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 PARAMS = "params/multimaster.yaml"
@@ -40,6 +40,10 @@ class Static:
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         """Nothing: the node takes any free port."""
+        return ()
+
+    def ports(self, swarm: Swarm, island: Island) -> tuple[PortRange, ...]:
+        """Returns nothing: its node is one of those of ROS."""
         return ()
 
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
