@@ -105,9 +105,10 @@ REFUSED = [
     (K3, ("unregisterPublisher", "/x", "/y", 3), "invalid arguments"),
     (K3, ("getParam", "/x"), "invalid arguments"),
     (K3, ("getParam", "/x", "/" + "y" * policy.LONGEST), "invalid arguments"),
-    (OTHER, publish("/x", "/y", OTHER), "nothing in the spec brings /y to its island"),
-    (OTHER, ("registerSubscriber", "/x", "/y", "*", at(OTHER)), "nothing in the spec brings /y to its island"),
-    (OTHER, serve("/x", "/y", OTHER), "nothing in the spec brings /y to its island"),
+    (OTHER, publish("/x", "/k3/odom", OTHER), "hosts of other islands only subscribe"),
+    (OTHER, ("subscribeParam", "/x", at(OTHER), "/y"), "hosts of other islands only subscribe"),
+    (OTHER, ("registerSubscriber", "/x", "/y", "*", at(OTHER)), "nothing brings /y to its island"),
+    (OTHER, serve("/x", "/y", OTHER), "hosts of other islands only subscribe"),
     (OTHER, ("setParam", "/x", "/y", 1), "hosts of other islands set no parameters"),
     (OTHER, ("setParam", "/x", "/rosversion", 1), "hosts of other islands set no parameters"),
 ]  # fmt: skip
@@ -151,7 +152,7 @@ def test_the_uri_of_the_master_is_that_of_the_guard() -> None:
     assert Policy(CONFIG).answer(CONFIG.callers[K3], "getUri", ("/x",)) == [1, "", CONFIG.uri]
 
 
-def test_registrations_of_a_host_are_bounded_and_those_of_others_are_not() -> None:
+def test_registrations_are_bounded_for_each_host() -> None:
     judge = Policy(CONFIG)
     for number in range(MOST_REGISTRATIONS):
         assert not refusal(judge, K3, publish("/x", f"/t{number}", K3))
@@ -168,7 +169,7 @@ def test_a_node_that_starts_again_counts_once() -> None:
         assert not refusal(judge, K3, ("registerPublisher", "/x", "/t", TYPE, f"http://{K3}:{port}/"))
 
 
-def test_unregistering_at_another_uri_makes_no_room() -> None:
+def test_unregistering_at_another_uri_lowers_no_count() -> None:
     judge = Policy(CONFIG)
     for number in range(MOST_REGISTRATIONS):
         assert not refusal(judge, K3, serve("/x", f"/s{number}", K3))

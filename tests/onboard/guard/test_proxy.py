@@ -95,7 +95,7 @@ def test_what_is_refused_does_not_and_is_in_the_journal(guarded: Guarded) -> Non
     assert code == -1
     assert "set by the master's host" in reason
     assert "/run_id" not in guarded.master.parameters
-    line = f"refused: setParam /run_id from {K3} (k3-pi): /run_id is set by the master's host"
+    line = f"refused: setParam /x /run_id from {K3} (k3-pi): /run_id is set by the master's host"
     assert line in guarded.journal
 
 

@@ -135,8 +135,10 @@ class Policy:
 
     def _check_kind(self, caller: Caller, call: _Registration, what: str) -> None:
         if caller.receives is not None and call.adds:
-            if call.kind != SUBSCRIBES or what not in caller.receives:
-                raise RefusedError(f"nothing in the spec brings {what} to its island")
+            if call.kind != SUBSCRIBES:
+                raise RefusedError("hosts of other islands only subscribe")
+            if what not in caller.receives:
+                raise RefusedError(f"nothing brings {what} to its island")
         elif call.kind == PUBLISHES and call.adds:
             owners = self._config.topics.get(what)
             if owners is not None and caller.host not in owners:

@@ -117,10 +117,8 @@ class Proxy:
             if answer is None:
                 self._policy.check(caller, method, arguments)
         except RefusedError as error:
-            what = next((one for one in arguments[1:2] if isinstance(one, str)), "")
-            self._log(
-                f"refused: {' '.join(filter(None, (method, what)))} from {address} ({caller.host}): {error}"
-            )
+            call = " ".join([method, *(one for one in arguments[:2] if isinstance(one, str))])
+            self._log(f"refused: {call} from {address} ({caller.host}): {error}")
             return [-1, f"refused by the guard of the master: {error}", 0]
         return answer
 
