@@ -14,7 +14,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from swarmctl.resources import templates
 from tests.onboard.gate.ros_host import ENVIRONMENT, Node, RosHost, wait_until
 from tests.onboard.guard.facts import EPUCK, K3, LAPTOP, parameters
 from tests.timing import PATIENCE
@@ -45,16 +44,10 @@ class Hosts(RosHost):
     def start_master(self) -> None:
         """Starts roscore behind its guard, as the unit does."""
         (self.root / "etc/hosts").write_text("127.0.0.1 localhost\n")  # roslaunch ends without
-        loopback = self.root / "loopback"
-        loopback.mkdir()
-        shipped = (templates() / "ros1/loopback-rosmaster").read_text()
-        (loopback / "rosmaster").write_text(shipped)
-        (loopback / "rosmaster").chmod(0o755)
         argv = ("python3", "/guard/guarded_master.py", "--config", "/params.yaml", "roscore", "-p", str(PORT))
-        environment = {**self._environment(LAPTOP), "PATH": f"/loopback:{ENVIRONMENT['PATH']}"}
         self.journal = (self.root / "journal").open("w+")
         self.guard = subprocess.Popen(
-            self._inside(*argv), env=environment, stdout=subprocess.DEVNULL, stderr=self.journal
+            self._inside(*argv), env=self._environment(LAPTOP), stdout=subprocess.DEVNULL, stderr=self.journal
         )
         wait_until(lambda: self.call(K3, "lookupNode", "/test", "/rosout")[0] == 1, "rosout registers")
 
@@ -112,8 +105,8 @@ def _listening() -> Iterator[str]:
             yield ".".join(str(one) for one in reversed(bytes.fromhex(place.split(":")[0])))
 
 
-def heard(node: Node) -> list[str]:
-    return [line["heard"] for line in list(node.lines)]
+def received(node: Node) -> list[str]:
+    return [line["received"] for line in list(node.lines)]
 
 
 def main() -> None:
@@ -122,7 +115,7 @@ def main() -> None:
     on_laptop = hosts.script(LAPTOP, "listener.py", "/rviz", "/k3/odom")
     on_epuck = hosts.script(EPUCK, "listener.py", "/logger", "/k3/odom")
     hosts.script(K3, "talker.py", "/k3/driver", "/k3/odom")
-    wait_until(lambda: heard(on_laptop) and heard(on_epuck), "messages arrive")
+    wait_until(lambda: received(on_laptop) and received(on_epuck), "messages arrive")
     found["run_id"] = hosts.call(K3, "getParam", "/x", "/run_id")[0]
 
     imposter = hosts.script(EPUCK, "talker.py", "/imposter", "/k3/odom")
@@ -136,10 +129,18 @@ def main() -> None:
         "run_id": hosts.call(K3, "setParam", "/x", "/run_id", "mine")[0],
         "shutdown": hosts.call(K3, "shutdown", "/x", "bye")[0],
     }
-    count = len(heard(on_epuck))
-    wait_until(lambda: len(heard(on_epuck)) > count + 5, "messages still arrive")
-    found["heard"] = sorted({*heard(on_laptop), *heard(on_epuck)})
+    count = len(received(on_epuck))
+    wait_until(lambda: len(received(on_epuck)) > count + 5, "messages still arrive")
+    found["received"] = sorted({*received(on_laptop), *received(on_epuck)})
     imposter.kill()
+    data = json.loads((hosts.root / "params.yaml").read_text())
+    (hosts.root / "params.yaml").write_text(
+        json.dumps({**data, "names": {**data["names"], "/new": ["k3-pi"]}})
+    )
+    wait_until(
+        lambda: hosts.call(EPUCK, "setParam", "/x", "/new/rate", 1)[0] == -1, "it reads what has changed"
+    )
+    found["after"] = hosts.call(K3, "lookupNode", "/x", "/k3/driver")[0]
     _, _, process = xmlrpc.client.ServerProxy(URI).getPid("/x")  # type: ignore[misc]
     subprocess.run(("kill", "-KILL", str(process)), check=True)
     with suppress(subprocess.TimeoutExpired):

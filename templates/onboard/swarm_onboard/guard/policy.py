@@ -63,10 +63,10 @@ _REGISTERS: Mapping[str, _Registration] = {
 
 
 class Policy:
-    """Judges calls, and counts the registrations among those that it lets pass."""
+    """Judges calls by ``config``, and counts the registrations among those that it lets pass."""
 
     def __init__(self, config: Config) -> None:
-        self._config = config
+        self.config = config
         self._registered = Registered()
 
     def check(self, caller: Caller, method: str, arguments: Sequence[Any]) -> None:
@@ -77,7 +77,7 @@ class Policy:
             self._check_registration(caller, _REGISTERS[method], arguments)
         elif method in _SETS:
             _expect(_SETS[method], arguments, arguments[:2])
-            if caller.host != self._config.hub:
+            if caller.host != self.config.hub:
                 self._check_set(caller, method, arguments)
         else:
             raise RefusedError("no call for others")
@@ -85,8 +85,8 @@ class Policy:
     def answer(self, caller: Caller, method: str, arguments: Sequence[Any]) -> list[Any] | None:
         """What the guard itself answers to a call, None if the master does."""
         if method == "getUri" and len(arguments) == 1:
-            return [1, "", self._config.uri]
-        others = caller.host != self._config.hub and caller.receives is None
+            return [1, "", self.config.uri]
+        others = caller.host != self.config.hub and caller.receives is None
         if others and method == "setParam" and len(arguments) == 3 and arguments[1] in _KEPT:
             return [1, f"{arguments[1]} is that of the master", 0]
         return None
@@ -98,7 +98,7 @@ class Policy:
         self._check_uri(caller, at, "rosrpc" if call.kind == SERVES else "http")
         if uri:
             self._check_uri(caller, uri, "http")
-        if caller.host != self._config.hub:
+        if caller.host != self.config.hub:
             _expect_name(node)
             if call.kind != WATCHES:
                 _expect_name(what)
@@ -117,19 +117,19 @@ class Policy:
         if found is None or found.group(1).lower() != scheme:
             raise RefusedError(f"`{uri}` is no URI of a node")
         host = found.group(2).lower().strip("[]")
-        if host not in (self._config.named if caller.host == self._config.hub else caller.at):
+        if host not in (self.config.named if caller.host == self.config.hub else caller.at):
             raise RefusedError(f"`{uri}` is not on this host")
 
     def _check_owner(self, caller: Caller, name: str) -> None:
         """Refuses a node, a service or a parameter of somebody else."""
-        owners = next((self._config.names[one] for one in _around(name) if one in self._config.names), None)
+        owners = next((self.config.names[one] for one in _around(name) if one in self.config.names), None)
         if owners is not None and caller.host not in owners:
             raise RefusedError(f"{name} belongs to {_listed(owners)}")
 
     def _check_home(self, caller: Caller, node: str) -> None:
         """Refuses the name of a node that runs elsewhere: the master would shut that one down."""
         known = self._registered.nodes.get(node)
-        owned = any(one in self._config.names for one in _around(node))
+        owned = any(one in self.config.names for one in _around(node))
         if known is not None and not owned and known.host != caller.host:
             raise RefusedError(f"a node of that name runs on {known.host}")
 
@@ -140,7 +140,7 @@ class Policy:
             if what not in caller.receives:
                 raise RefusedError(f"nothing brings {what} to its island")
         elif call.kind == PUBLISHES and call.adds:
-            owners = self._config.topics.get(what)
+            owners = self.config.topics.get(what)
             if owners is not None and caller.host not in owners:
                 raise RefusedError(f"{_listed(owners)} may publish {what}")
         elif call.kind == SERVES:
@@ -162,14 +162,14 @@ class Policy:
         if not given.startswith("/"):
             raise RefusedError(f"`{given}` is no global name")
         key = "/" + "/".join(part for part in given.split("/") if part)
-        if (method, key) == ("setParam", "/use_sim_time") and arguments[2] is self._config.use_sim_time:
+        if (method, key) == ("setParam", "/use_sim_time") and arguments[2] is self.config.use_sim_time:
             return
         for fixed in _FIXED:
             if fixed == key or fixed in _around(key) or key == "/":
                 raise RefusedError(f"{fixed} is set by the master's host")
         self._check_owner(caller, key)
         below = key.rstrip("/") + "/"
-        for name, owners in self._config.names.items():
+        for name, owners in self.config.names.items():
             if name.startswith(below) and caller.host not in owners:
                 raise RefusedError(f"{name} in it belongs to {_listed(owners)}")
 

@@ -43,6 +43,10 @@ class Proxy:
         self._open: Counter[str] = Counter()
         self._turns: dict[str, asyncio.Semaphore] = {}
 
+    def use(self, config: Config) -> None:
+        """Judges by other parameters from now on; what is registered stays, and where it listens."""
+        self._config = self._policy.config = config
+
     async def start(self) -> int:
         """Starts to listen; returns the port."""
         address, port = self._config.address, self._config.port

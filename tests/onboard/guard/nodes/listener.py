@@ -11,7 +11,7 @@ from std_msgs.msg import String
 
 
 def show(message: String) -> None:
-    os.write(1, (json.dumps({"heard": message.data}) + "\n").encode())
+    os.write(1, (json.dumps({"received": message.data}) + "\n").encode())
 
 
 rospy.names._set_caller_id(sys.argv[1])
