@@ -133,6 +133,15 @@ def test_a_name_that_nobody_owns_belongs_to_the_host_on_which_it_runs() -> None:
     assert not refusal(judge, EPUCK, publish("/slam", "/map", EPUCK))
 
 
+def test_a_node_that_has_ended_watches_nothing() -> None:
+    """One of rospy unregisters what it publishes, and not the parameters that it watches."""
+    judge = Policy(CONFIG)
+    assert not refusal(judge, K3, publish("/slam", "/map", K3))
+    assert not refusal(judge, K3, ("subscribeParam", "/slam", at(K3), "/rate"))
+    assert not refusal(judge, K3, ("unregisterPublisher", "/slam", "/map", at(K3)))
+    assert not refusal(judge, EPUCK, publish("/slam", "/map", EPUCK))
+
+
 def test_a_declared_node_may_move_between_its_hosts() -> None:
     judge = Policy(CONFIG)
     assert not refusal(judge, K3, publish("/k3/own", "/x", K3))

@@ -57,10 +57,14 @@ class Registered:
         node.entries[entry] = at
 
     def remove(self, name: str, entry: Entry, at: str) -> None:
-        """Forgets a registration, if its URI is ``at``; a node without any is forgotten."""
+        """Forgets a registration, if its URI is ``at``. A node that only watches parameters is forgotten: one
+        of rospy does not say that it ends to watch them."""
         node = self.nodes.get(name)
         if node is not None and node.entries.get(entry) == at:
             self._drop(name, node, entry)
+            if all(kind == WATCHES for kind, _ in node.entries):
+                for one in tuple(node.entries):
+                    self._drop(name, node, one)
 
     def _drop(self, name: str, node: Node, entry: Entry) -> None:
         del node.entries[entry]
