@@ -12,6 +12,7 @@ from swarmctl.render.bundle import File
 _NEEDS = {
     "drivers": ("driver", "command", "rosserial", "ros", "common"),
     "gate": ("gate", "command", "ros", "common"),
+    "guard": ("guard", "common"),
     "multimaster": ("multimaster", "common"),
     "stand_in": ("stand_in", "command", "ros", "common"),
     "teleop": ("teleop", "ros"),

@@ -15,6 +15,13 @@ from tests.loading import load_swarm
 LAPTOP, K3, EPUCK = "192.168.77.10", "192.168.77.11", "192.168.77.12"
 GOLDEN = ROOT / "tests/render/golden/filtered"
 EVERYBODY = {LAPTOP, K3, EPUCK}
+FIREWALL, MASTER = "swarm-newswarm.firewall.service", "swarm-newswarm.master.service"
+JOINS = {
+    "\nhosts:\n": "\nhosts:\n  new-pi: {address: 192.168.77.13, user: robot}\n",
+    "\nrobots:\n": "\nrobots:\n  new: {type: khepera3, host: new-pi}\n",
+    "k3-pi, epuck-pi]": "k3-pi, epuck-pi, new-pi]",
+    "\nlinks:\n": "\nlinks:\n  - {kind: serial, host: new-pi, robot: new, usb: {serial: FTDI9999}}\n",
+}
 OWN_PROGRAM = "programs: {own: {host: k3-pi, command: [/bin/true]}}\n"
 
 
@@ -39,6 +46,11 @@ def listed(bundle: Bundle) -> dict[str, set[str]]:
             addresses = {line.partition("=")[2] for line in lines if line.startswith("IPAddressAllow=")}
             found[path.split(".", 1)[1].removesuffix(".service")] = addresses - {"localhost"}
     return found
+
+
+def digests(bundle: Bundle) -> dict[str, str]:
+    """The digest of what each unit restarts for."""
+    return {one["name"]: one["digest"] for one in bundle.manifest["units"]}
 
 
 def test_units_exchange_packets_with_the_hosts_of_their_island(tmp_path: Path) -> None:
@@ -73,15 +85,30 @@ def test_an_island_can_be_filtered_alone(tmp_path: Path) -> None:
     }
 
 
-def test_a_change_of_the_list_restarts_nothing(tmp_path: Path) -> None:
-    """systemd applies it at the daemon-reload of a deploy: a robot that joins stops no other one."""
+def test_a_robot_that_joins_restarts_nothing_but_the_firewall(tmp_path: Path) -> None:
+    """systemd applies other lists at the daemon-reload of a deploy; the guard reads its file by itself."""
+    text = (ROOT / "examples/paper-leader/swarm.yaml").read_text("utf-8")
+    for old, new in JOINS.items():
+        assert old in text
+        text = text.replace(old, new)
+    joined = tmp_path / "joined.yaml"
+    joined.write_text(text, "utf-8")
+    before, after = (rendered(tmp_path, "filtered", one) for one in ("paper-leader/swarm.yaml", str(joined)))
+    for host, bundle in before.items():
+        assert bundle.digest != after[host].digest
+        units, others = digests(bundle), digests(after[host])
+        assert units.pop(FIREWALL) != others.pop(FIREWALL)
+        assert units == others
+
+
+def test_of_what_ran_before_only_the_master_restarts_for_security(tmp_path: Path) -> None:
+    """Its guard takes its port."""
     off, filtered = (rendered(tmp_path, one, "paper-leader/swarm.yaml") for one in ("off", "filtered"))
     assert not any(map(listed, off.values()))
     for host, bundle in filtered.items():
-        assert bundle.digest != off[host].digest
-        units = {one["name"]: one for one in bundle.manifest["units"]}
-        assert units.pop("swarm-newswarm.firewall.service")
-        assert list(units.values()) == off[host].manifest["units"]
+        before = digests(off[host])
+        changed = {name for name, digest in digests(bundle).items() if before.get(name) != digest}
+        assert changed == {FIREWALL, *([MASTER] if host == "koala-laptop" else [])}
 
 
 def test_golden_firewall(tmp_path: Path, golden: Callable[[Path, str], None]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.quoting import render
-from swarmctl.render.ros1 import delivered_packages
+from swarmctl.render.ros1 import delivered_packages, guard_config
 from swarmctl.render.service_values import home, service_values
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of
@@ -47,7 +47,7 @@ def setup_script(swarm: Swarm, host: Host, island: Island) -> File:
 
 
 def master_unit(swarm: Swarm, host: Host, island: Island) -> Part:
-    """Returns the unit of the ROS master."""
+    """Returns the unit of the ROS master; on a filtered island, of its guard as well."""
     name = names.unit(swarm.name, names.MASTER)
     text = render(
         "master.service",
@@ -58,11 +58,16 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> Part:
         uri=swarm.master_uri(island),
         use_sim_time=swarm.use_sim_time,
         runtime=names.runtime_folder(swarm.name, names.MASTER),
+        guard=guard_config.PATH if island.filtered else "",
     )
-    file = File(f"units/{name}", text, origin="ros")
-    return Part(
-        (file,), (Unit(name, (file.path, ENVIRONMENT, "bin/ros-exec", RESTART_DELAY, *_MASTER_HELPERS)),)
+    files = (
+        File(f"units/{name}", text, origin="ros"),
+        *(shipped_files.folder("guard") if island.filtered else ()),
     )
+    runs = (ENVIRONMENT, "bin/ros-exec", RESTART_DELAY, *_MASTER_HELPERS)
+    # The guard reads other parameters while it runs: a robot that joins restarts no master.
+    read = (guard_config.file(swarm, island),) if island.filtered else ()
+    return Part((*files, *read), (Unit(name, (*(file.path for file in files), *runs)),))
 
 
 def ros_client() -> File:

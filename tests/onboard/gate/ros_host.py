@@ -67,12 +67,13 @@ class Node:
 
 
 class RosHost:
-    """The host: the gate in ``/gate``, its parameters in ``/params.yaml``, the tests' nodes in ``/nodes``.
+    """The host: what is tested in ``/gate`` or another ``folder`` of the shipped ones, its parameters in
+    ``/params.yaml``, the tests' nodes in ``/nodes``.
 
     ``image`` is not written to.
     """
 
-    def __init__(self, image: Path, parameters: Mapping[str, Any], nodes: Path) -> None:
+    def __init__(self, image: Path, parameters: Mapping[str, Any], nodes: Path, folder: str = "gate") -> None:
         self.root = PLACE / "root"
         _run("mount", "-t", "tmpfs", "ros-host", str(PLACE))
         for name in ("root", "upper", "work"):
@@ -82,9 +83,9 @@ class RosHost:
         _run("mount", "-t", "proc", "proc", str(self.root / "proc"))
         _run("mount", "--rbind", "/dev", str(self.root / "dev"))
         _run("ip", "link", "set", "lo", "up")
-        (self.root / "gate").mkdir()
-        _run("cp", "-rT", str(onboard() / "nodes/gate"), str(self.root / "gate"))
-        _run("cp", "-r", str(onboard()), str(self.root / "gate"))
+        (self.root / folder).mkdir()
+        _run("cp", "-rT", str(onboard() / "nodes" / folder), str(self.root / folder))
+        _run("cp", "-r", str(onboard()), str(self.root / folder))
         _run("cp", "-rT", str(nodes), str(self.root / "nodes"))
         (self.root / "params.yaml").write_text(json.dumps(parameters))
         self.start_master()
