@@ -1,4 +1,4 @@
-"""`security: filtered` in a lab: declared hosts exchange packets, and none does at a master what is another's."""
+"""`security: filtered` in a lab: declared hosts exchange packets, and none does what is for another."""
 
 from __future__ import annotations
 
