@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from swarm_onboard.ros2_probe import observe
+
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.middleware import middleware_of
@@ -50,7 +52,7 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         "firewall.nft",
         table=names.firewall_table(swarm.name),
         ssh=host.port,
-        accounts=tuple(dict.fromkeys(("root", host.user))),
+        accounts=tuple(dict.fromkeys(("root", host.user, *_lookers(swarm)))),
         offered=list(_offered(swarm, host, island)),
         used=list(_used(swarm, host)),
     )
@@ -68,6 +70,12 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         File(_LOADER, shipped_files.text("os/load-firewall"), 0o755),
     )
     yield Part(files, (Unit(name, tuple(file.path for file in files)),), requires={"nft": ("security",)})
+
+
+def _lookers(swarm: Swarm) -> Iterator[str]:
+    """The account under which `status` looks at a graph without a master: by a node on each host."""
+    if "master" not in middleware_of(swarm.distro).capabilities:
+        yield str(observe.ACCOUNT)
 
 
 def _offered(swarm: Swarm, host: Host, island: Island) -> Iterator[_Rule]:

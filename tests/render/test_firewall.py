@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from swarm_onboard.ros2_probe import observe
 
 from swarmctl.render import firewall
 from swarmctl.spec.model import Mode, Spec
@@ -170,9 +171,10 @@ def check_accounts(rules: Any, swarm: Swarm, host: Host, other: Host) -> None:
         packet = Packet(host.address, to, port, protocol, account=account, interface=interface)
         return verdict(rules, host.name, "output", packet) == "accept"
 
+    looks = (observe.ACCOUNT,) if swarm.distro == "kilted" else ()
     assert all(leaves(OTHER, port) for port in NO_ROS)
     for (protocol, port), service in services(swarm, other.name).items():
-        assert all(leaves(one, port, protocol) for one in (0, USER, DYNAMIC))
+        assert all(leaves(one, port, protocol) for one in (0, USER, DYNAMIC, *looks))
         if same or declared(swarm, host.name, other.name, service):
             assert not leaves(OTHER, port, protocol), (host.name, other.name, service, port)
         if same:

@@ -87,9 +87,9 @@ def test_the_child_runs_as_who_owns_the_workspace_and_never_as_root(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(os, "geteuid", lambda: 0)
-    nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--"]
-    assert observe._account({}) == nobody
+    own = ["setpriv", "--reuid=65533", "--regid=65533", "--clear-groups", "--"]
+    assert observe._account({}) == own
     if os.getuid() == 0:
-        assert observe._account({"SWARM_WORKSPACE": str(tmp_path)}) == nobody
+        assert observe._account({"SWARM_WORKSPACE": str(tmp_path)}) == own
         os.chown(tmp_path, 1234, 1235)
         assert observe._account({"SWARM_WORKSPACE": str(tmp_path)})[1:3] == ["--reuid=1234", "--regid=1235"]

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from swarm_onboard.agent.probe_messages import ProbeAnswer, ProbeRequest
 
 _START = 10.0  # s until a slow board has loaded rclpy, and for leaving the graph
-_NOBODY = 65534
+#: Of the look. Not that of nobody, under which other programs run: a firewall lets this one see the graph.
+#: systemd gives no unit a number from 65520 on.
+ACCOUNT = 65533
 _WORKSPACES = "SWARM_WORKSPACE"
 _HOMELESS = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "LC_ALL": "C"}
 _PYTHON = ("/usr/bin/python3", "-s", "-c")
@@ -89,12 +91,12 @@ def _lines(file: IO[bytes]) -> list[str]:
 
 
 def _account(variables: Mapping[str, str]) -> list[str]:
-    """The words that let a command run as who owns the workspace with the host's types, or as nobody: never
-    as root, as what a workspace sets up runs in it. None of them if the agent itself is not root.
+    """The words that let a command run as who owns the workspace with the host's types, or under
+    ``ACCOUNT``: never as root, as what a workspace sets up runs in it. None if the agent itself is not root.
     """
     if os.geteuid() != 0:
         return []
     places = (Path(one) for one in variables.get(_WORKSPACES, "").split())
     owners = ((one.stat().st_uid, one.stat().st_gid) for one in places if one.is_dir())
-    user, group = next((one for one in owners if one[0]), (_NOBODY, _NOBODY))
+    user, group = next((one for one in owners if one[0]), (ACCOUNT, ACCOUNT))
     return ["setpriv", f"--reuid={user}", f"--regid={group}", "--clear-groups", "--"]
