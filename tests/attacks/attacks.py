@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,6 +46,7 @@ _GOES = 0.002  # m that a robot goes at least if it is driven
 _EQUAL = 0.02  # m
 _SPEED = 0.1  # m/s
 _AFTERWARDS = 1.0  # s for which a commander drives on after the attack
+_SOON = 10.0  # s within which a robot obeys a new commander, whose program starts meanwhile
 _FAULT = "publisher killed"  # in docs/dead-man.md
 
 
@@ -52,7 +54,8 @@ _FAULT = "publisher killed"  # in docs/dead-man.md
 class Scene:
     """One attack: the world before and after, what the attacker has printed, and what was seen meanwhile.
 
-    ``stood``: the robot stood at some time although a commander drove it; ``obeys``: at the end it did not.
+    ``stood``: the robot stood at some time although a commander drove it; ``obeys``: it obeys that one to the
+    end, and the next one.
     ``late``: it stood later than the dead-man promises, once the commander was killed.
     """
 
@@ -190,6 +193,7 @@ def _facts(observer: Observer, world: World, topics: int) -> Mapping[str, Any]:
 
 
 def _calm(observer: Observer, attack: Attack, position: Position) -> Scene:
+    observer.swarm.seconds_to_standstill(ROBOT)
     before, host = observer.look(), position.host
     files = observer.files(host) if attack.local and host else ""
     answered = free = True
@@ -235,7 +239,17 @@ def _commanded(observer: Observer, attack: Attack, position: Position) -> Scene:
         killed = signalled(swarm, LEADER, signal.SIGKILL, "/k3/cmd_vel")
         wait_for(lambda: not moves(swarm.robot(ROBOT)), complaint="the robot does not stand")
         late = time.monotonic() - killed - (withheld() - waited) > Page().bound(_FAULT)
-    return Scene(before, after, printed, stood=not all(looks), obeys=looks[-1], late=late)
+    obeys = looks[-1] and _obeys_another(observer)
+    return Scene(before, after, printed, stood=not all(looks), obeys=obeys, late=late)
+
+
+def _obeys_another(observer: Observer) -> bool:
+    """Whether the robot obeys a commander that comes after the attack."""
+    swarm = observer.swarm
+    with suppress(AssertionError), swarm.publishing(LEADER, ROBOT, _SPEED):
+        wait_for(lambda: moves(swarm.robot(ROBOT)), _SOON)
+        return True
+    return False
 
 
 def _end(process: subprocess.Popen[str], begun: str) -> Mapping[str, Any]:
