@@ -54,6 +54,7 @@ _FAULT = "publisher killed"  # in docs/dead-man.md
 class Scene:
     """One attack: the world before and after, what the attacker has printed, and what was seen meanwhile.
 
+    ``place``: x and y (m) of the odometry that a declared host reads.
     ``stood``: the robot stood at some time although a commander drove it; ``obeys``: it obeys that one to the
     end, and the next one.
     ``late``: it stood later than the dead-man promises, once the commander was killed.
@@ -62,6 +63,7 @@ class Scene:
     before: World
     after: World
     printed: Mapping[str, Any]
+    place: tuple[float, ...] = ()
     master_answered: bool = True
     stood: bool = False
     obeys: bool = True
@@ -86,8 +88,7 @@ def _read_nodes(scene: Scene) -> Verdict:
 
 
 def _read_place(scene: Scene) -> Verdict:
-    robot = scene.after.robot
-    places = zip(scene.read or (), (robot["x"], robot["y"]), strict=False)
+    places = zip(scene.read or (), scene.place, strict=False)
     return _whether(bool(scene.read) and all(abs(one - other) < _EQUAL for one, other in places))
 
 
@@ -196,6 +197,7 @@ def _calm(observer: Observer, attack: Attack, position: Position) -> Scene:
     observer.swarm.seconds_to_standstill(ROBOT)
     before, host = observer.look(), position.host
     files = observer.files(host) if attack.local and host else ""
+    place = observer.place() if attack.call == "read_odometry" else ()
     answered = free = True
     with position.begin(
         observer.swarm, attack.call, _facts(observer, before, observer.topics(before))
@@ -211,6 +213,7 @@ def _calm(observer: Observer, attack: Attack, position: Position) -> Scene:
         before,
         observer.look(),
         printed,
+        place,
         master_answered=answered,
         lock_was_free=free,
         logged_in=observer.logged_in(),

@@ -21,7 +21,7 @@ BEFORE = World(
         "commanders": [["/rostopic_1", "http://192.168.77.10:2/"]],
     },
     {"k3-pi:k3": 5},
-    {"distance": 1.0, "x": 1.0, "y": 0.0, "lights": {"led0": 0}},
+    {"distance": 1.0, "lights": {"led0": 0}},
 )
 CALM = Scene(BEFORE, BEFORE, {})
 
@@ -41,7 +41,7 @@ def test_what_changes_nothing_is_refused(call: str) -> None:
     ("call", "scene"),
     [
         ("list_graph", replace(CALM, printed={"read": [["/k3/odom", ["/k3/driver"]]]})),
-        ("read_odometry", replace(CALM, printed={"read": [1.0, 0.0]})),
+        ("read_odometry", replace(CALM, printed={"read": [1.0, 0.0]}, place=(1.0, 0.0))),
         ("forged_update", changed({"distance": 1.1})),
         ("set_lights", changed({"lights": {"led0": 1}})),
         ("kick_out", changed(unit=6)),
@@ -74,4 +74,7 @@ def test_a_robot_that_obeys_its_commander_all_the_same_is_partly(call: str, scen
 
 
 def test_a_place_that_is_not_the_robots_is_not_read() -> None:
-    assert JUDGES["read_odometry"](replace(CALM, printed={"read": [3.0, 0.0]})) is Verdict.REFUSED
+    assert (
+        JUDGES["read_odometry"](replace(CALM, printed={"read": [3.0, 0.0]}, place=(1.0, 0.0)))
+        is Verdict.REFUSED
+    )

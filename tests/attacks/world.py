@@ -108,6 +108,11 @@ class Observer:
             return False
         return True
 
+    def place(self) -> tuple[float, float]:
+        """x and y (m) of the robot's odometry, as its commander reads it."""
+        pose = self.swarm.odometry(LEADER, ROBOT)
+        return pose.x, pose.y
+
     def lock_is_free(self, host: str) -> bool:
         try:
             self.swarm.shell(host, f"sudo flock -n {HOME}/state/lock true")
