@@ -223,6 +223,7 @@ def _calm(observer: Observer, attack: Attack, position: Position) -> Scene:
 
 def _commanded(observer: Observer, attack: Attack, position: Position) -> Scene:
     swarm = observer.swarm
+    swarm.seconds_to_standstill(ROBOT)  # the commander of another attack has driven it
     with swarm.publishing(LEADER, ROBOT, _SPEED):
         wait_for(lambda: moves(swarm.robot(ROBOT)), complaint="the robot does not obey its commander")
         before = observer.look()
