@@ -9,7 +9,7 @@ ROS ?= 1
 BIN := $(VENV)/bin
 # tool:package pairs; a tool that is there already is not installed again
 LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
-TEST_TOOLS := check_urdf:liburdfdom-tools sshd:openssh-server sudo:sudo gcc:gcc avr-gcc:gcc-avr avrdude:avrdude \
+TEST_TOOLS := nft:nftables check_urdf:liburdfdom-tools sshd:openssh-server sudo:sudo gcc:gcc avr-gcc:gcc-avr avrdude:avrdude \
   rviz:rviz Xvfb:xvfb softhsm2-util:softhsm2 pkcs11-tool:opensc ansible-inventory:ansible-core
 # path:package pairs, for what is no program
 TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware/arduino/avr:arduino-core-avr \

@@ -354,8 +354,8 @@ class Spec(Model):
     )
     security: Security = Field(
         "off",
-        description="`filtered`: the units of swarmctl exchange packets only with hosts that the spec "
-        "declares to be in the same island, or to share topics with it.",
+        description="`filtered`: hosts let others reach ROS only where the spec declares them to be in the "
+        "same island, or to share topics with it. Each has a firewall, and its units lists of addresses.",
         examples=["filtered"],
     )
     time: Time = Field(default_factory=Time, description="Whose clock the swarm follows.")

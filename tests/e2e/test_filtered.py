@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from urllib.parse import urlsplit
 
 import pytest
 
+from swarmctl.cli import exit_codes
 from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, namespace_of
+from tests.timing import wait_for
 
 CONNECT = "import socket, sys; socket.create_connection((sys.argv[1], int(sys.argv[2])), 2); print('open')"
+DROPPED = "TimeoutError: timed out"
+CLOSED = "ConnectionRefusedError: [Errno 111] Connection refused"
+LISTEN = (
+    "import socket, time; one = socket.create_server((str(), 0)); "
+    "print(one.getsockname()[1], flush=True); time.sleep(600)"
+)
 LOOKUP = (
     "import os, xmlrpc.client; "
     "print(xmlrpc.client.ServerProxy(os.environ['ROS_MASTER_URI']).lookupNode('/test', '/k3/driver')[2])"
@@ -21,7 +32,7 @@ def filtered(swarm: LabSwarm) -> LabSwarm:
     before = swarm.pids()
     run = swarm.deploy(swarm.variant("filtered", ("mode: leader", "security: filtered\nmode: leader")))
     assert run.status == 0, run.out + run.err
-    assert swarm.pids() == before, "a list of addresses restarts nothing"
+    assert swarm.pids().items() >= before.items(), "lists of addresses and a firewall restart nothing"
     return swarm
 
 
@@ -32,13 +43,57 @@ def foreign(swarm: LabSwarm, address: str, port: int) -> str:
     return done.stdout.strip() or done.stderr.splitlines()[-1]
 
 
+@contextmanager
+def program_listening(swarm: LabSwarm, host: str) -> Iterator[int]:
+    """A program of a person, at any free port."""
+    argv = f"nohup {shlex.join(['python3', '-c', LISTEN])} >/tmp/listens 2>/dev/null & echo $!"
+    pid = swarm.shell(host, argv).strip()
+    try:
+        yield int(wait_for(lambda: swarm.shell(host, "cat /tmp/listens").strip()))
+    finally:
+        swarm.shell(host, f"kill {pid}; rm /tmp/listens")
+
+
 def test_a_foreign_machine_reaches_no_unit(filtered: LabSwarm) -> None:
     uri = urlsplit(filtered.shell("k3-pi", f'{SOURCE}; python3 -c "{LOOKUP}"').strip())
     assert uri.hostname == filtered.hosts["k3-pi"]
     assert uri.port
     assert foreign(filtered, filtered.hosts[LEADER], 22) == "open"
-    assert foreign(filtered, filtered.hosts[LEADER], 11311) == "TimeoutError: timed out"
-    assert foreign(filtered, uri.hostname, uri.port) == "TimeoutError: timed out"
+    assert foreign(filtered, filtered.hosts[LEADER], 11311) == DROPPED
+    assert foreign(filtered, uri.hostname, uri.port) == DROPPED
+
+
+def test_a_foreign_machine_reaches_no_program_that_listens_as_a_node(filtered: LabSwarm) -> None:
+    """Units of swarmctl have IP lists, other programs have none: the firewall is for all."""
+    with program_listening(filtered, "k3-pi") as port:
+        assert foreign(filtered, filtered.hosts["k3-pi"], port) == DROPPED
+        argv = shlex.join(["python3", "-c", CONNECT, filtered.hosts["k3-pi"], str(port)])
+        assert filtered.shell("epuck-pi", argv).strip() == "open"
+
+
+def test_another_account_of_a_host_reaches_no_master(filtered: LabSwarm) -> None:
+    for host, address in (("k3-pi", filtered.hosts[LEADER]), (LEADER, "127.0.0.1")):
+        argv = shlex.join(["python3", "-c", CONNECT, address, "11311"])
+        assert filtered.shell(host, argv).strip() == "open", "as the account of the host"
+        answer = filtered.shell(host, f"sudo -u daemon {argv} 2>&1 || true").splitlines()[-1]
+        assert answer == CLOSED
+
+
+def test_another_account_of_a_host_reaches_no_driver(filtered: LabSwarm) -> None:
+    uri = urlsplit(filtered.shell("k3-pi", f'{SOURCE}; python3 -c "{LOOKUP}"').strip())
+    for address in (str(uri.hostname), "127.0.0.1"):
+        argv = shlex.join(["python3", "-c", CONNECT, address, str(uri.port)])
+        answer = filtered.shell("k3-pi", f"sudo -u daemon {argv} 2>&1 || true").splitlines()[-1]
+        assert answer == CLOSED
+
+
+def test_a_flushed_firewall_is_unhealthy_until_its_unit_restarts(filtered: LabSwarm) -> None:
+    filtered.shell("k3-pi", "sudo nft flush ruleset")
+    status = filtered.swarmctl("status", spec=filtered.deployed)
+    assert status.status == exit_codes.UNHEALTHY
+    assert "firewall k3-pi: table swarm-newswarm of nftables is not loaded" in status.out
+    filtered.shell("k3-pi", "sudo systemctl restart swarm-newswarm.firewall")
+    assert filtered.swarmctl("status", spec=filtered.deployed).status == 0
 
 
 def test_the_swarm_drives_and_is_healthy(filtered: LabSwarm) -> None:

@@ -360,6 +360,14 @@ def test_a_missing_ros_package_has_an_install_hint() -> None:
     assert "catkin_make" in problem.hint
 
 
+def test_a_missing_tool_has_its_debian_package_as_hint() -> None:
+    wanted = replace(bundle(), requires={"nft": ("security",)})
+    problem = reconcile(wanted, running(bundle(), facts=FIT | {"has": {"nft": None}})).problem
+    assert problem is not None
+    assert problem.message == "it lacks nft"
+    assert problem.hint == "`swarmctl prepare` installs it; by hand: `apt install nftables`"
+
+
 def with_optional_program() -> Bundle:
     plain = bundle()
     maps = Unit("map.service", ("params/a.yaml",), program="map", packages=("gmapping", "tf"))

@@ -6,13 +6,14 @@ comes holds up all others. Once no file descriptor is left it stops listening fo
 
 from __future__ import annotations
 
+import ipaddress
 import selectors
 import socket
 import time
 from collections import Counter
 from typing import Any
 
-from rosgraph import xmlrpc
+from rosgraph import network, xmlrpc
 from rosgraph.xmlrpc import SilenceableXMLRPCRequestHandler, ThreadingXMLRPCServer
 from rospy.impl import tcpros_base
 from rospy.impl.tcpros_base import TCPServer
@@ -28,12 +29,30 @@ _LARGEST_HEADER = 32 << 10  # bytes; it has the definition of the message
 _SIZE = 4  # bytes in front of a header
 _BACKLOG = 128
 _PAUSE = 0.1  # s
+_any_address = network.get_bind_address
 
 
 def bound() -> None:
     """Call it before joining."""
+    network.get_bind_address = _bind_address
     xmlrpc.ThreadingXMLRPCServer = BoundedSlaveApi  # type: ignore[assignment, misc]
     tcpros_base.TCPServer = BoundedTopics  # type: ignore[misc]
+
+
+def _bind_address(address: str | None = None) -> str:
+    """The node's address, as others have it; all addresses if that is a name, or this host does not have it.
+
+    A firewall cannot tell connections to a node at 127.0.0.1 from those to other programs.
+    """
+    own = network.get_address_override()
+    try:
+        if own and not network.use_ipv6() and str(ipaddress.ip_address(own)) == own:
+            with socket.socket() as one:
+                one.bind((own, 0))
+            return str(own)
+    except (ValueError, OSError):
+        pass
+    return str(_any_address(address))
 
 
 class OpenConnections:

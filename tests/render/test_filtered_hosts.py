@@ -1,7 +1,8 @@
-"""The IP lists of units: those of filtered islands, with declared peers and nobody else."""
+"""What hosts of filtered islands get: IP lists of their units, with declared peers only, and a firewall."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from tests import ROOT
 from tests.loading import load_swarm
 
 LAPTOP, K3, EPUCK = "192.168.77.10", "192.168.77.11", "192.168.77.12"
+GOLDEN = ROOT / "tests/render/golden/filtered"
 EVERYBODY = {LAPTOP, K3, EPUCK}
 OWN_PROGRAM = "programs: {own: {host: k3-pi, command: [/bin/true]}}\n"
 
@@ -77,4 +79,25 @@ def test_a_change_of_the_list_restarts_nothing(tmp_path: Path) -> None:
     assert not any(map(listed, off.values()))
     for host, bundle in filtered.items():
         assert bundle.digest != off[host].digest
-        assert bundle.manifest["units"] == off[host].manifest["units"]
+        units = {one["name"]: one for one in bundle.manifest["units"]}
+        assert units.pop("swarm-newswarm.firewall.service")
+        assert list(units.values()) == off[host].manifest["units"]
+
+
+def test_golden_firewall(tmp_path: Path, golden: Callable[[Path, str], None]) -> None:
+    """A hub and a robot's host; another example has islands that a topic joins, and ROS 2."""
+    for example, more, host in (
+        ("paper-leader", "", "koala-laptop"),
+        ("paper-4-standalone", "multimaster: {provider: fkie}\n", "k3-pi"),
+        ("ros2-2-leader", "", "koala-laptop"),
+    ):
+        bundle = rendered(tmp_path, "filtered", f"{example}/swarm.yaml", more=more)[host]
+        for file in bundle.files:
+            if file.path.endswith(("firewall.nft", "firewall.service")):
+                golden(GOLDEN / example / host / file.path, file.content.decode())
+
+
+def test_a_host_without_a_firewall_needs_no_nft(tmp_path: Path) -> None:
+    more = "islands: {lone-epuck: {security: filtered}}\n"
+    found = rendered(tmp_path, "off", "paper-5-combined/swarm.yaml", more=more)
+    assert {host for host, bundle in found.items() if "nft" in bundle.requires} == {"epuck-pi"}

@@ -1,0 +1,159 @@
+"""The firewall with real packets: a host and its network in namespaces of their own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import product
+
+import pytest
+
+from swarmctl.swarm.resolved import Swarm
+from tests import ROOT
+from tests.child_process import child_process
+from tests.loading import load_swarm
+from tests.render.test_firewall import (
+    EPHEMERAL,
+    NEEDED,
+    OTHER,
+    declared,
+    ip,
+    loaded,
+    services,
+    table_of,
+)
+
+pytestmark = NEEDED
+STRANGER, SSH, MASTER, ELSE = "192.168.77.99", 22, 11311, 9090
+Wanted = tuple[str, str, int]  # source, address and port of a connection
+MOST_CALLS = 256
+
+LISTENS = """
+import select, socket, sys
+ports = [socket.create_server(("", int(port)), backlog=2000) for port in sys.argv[1:]]
+print("listens", flush=True)
+kept = []
+while True:
+    kept += [one.accept() for one in select.select(ports, [], [])[0]]
+"""
+# Opens all connections at once, and prints which are open once as many are as should be.
+CONNECTS = """
+import errno, json, selectors, socket, sys, time
+wanted, expected = json.loads(sys.argv[1]), int(sys.argv[2])
+selector, found, end = selectors.DefaultSelector(), [], time.monotonic() + 30
+for source, to, port in wanted:
+    one = socket.socket()
+    one.setblocking(False)
+    one.bind((source, 0))
+    one.connect_ex((to, port))
+    selector.register(one, selectors.EVENT_WRITE, (source, port))
+while time.monotonic() < end:
+    for key, _ in selector.select(0.5):
+        selector.unregister(key.fileobj)
+        if key.fileobj.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == 0:
+            found.append(key.data)
+    if len(found) >= expected and end > time.monotonic() + 1:
+        end = time.monotonic() + 1  # for those that should not be open
+print(json.dumps(found))
+"""
+
+
+@pytest.fixture(scope="module")
+def swarm(tmp_path_factory: pytest.TempPathFactory) -> Swarm:
+    overlay = tmp_path_factory.mktemp("filtered") / "overlay.yaml"
+    overlay.write_text("security: filtered\nmultimaster: {provider: fkie}\n", "utf-8")
+    found, _ = load_swarm(ROOT / "examples/paper-4-standalone/swarm.yaml", overlay)
+    assert found is not None
+    return replace(found, hosts={name: replace(one, user="nobody") for name, one in found.hosts.items()})
+
+
+class Cable:
+    """A host and its network, each in a namespace."""
+
+    def __init__(self) -> None:
+        self.host, self.network = f"swarm-host-{os.getpid()}", f"swarm-net-{os.getpid()}"
+        for name in (self.host, self.network):
+            subprocess.run(["ip", "netns", "add", name], check=True)
+        ip(
+            self.host,
+            *["ip", "link", "add", "eth0", "type", "veth", "peer", "name", "eth0", "netns"],
+            self.network,
+        )
+        for name in (self.host, self.network):
+            ip(name, "ip", "link", "set", "lo", "up")
+            ip(name, "ip", "link", "set", "eth0", "up")
+
+    def address(self, host: str, others: Iterable[str]) -> None:
+        for name, addresses in ((self.host, (host,)), (self.network, others)):
+            for one in addresses:
+                ip(name, "ip", "address", "add", f"{one}/24", "dev", "eth0")
+
+    @contextmanager
+    def listening(self, ports: Iterable[int]) -> Iterator[None]:
+        argv = ["ip", "netns", "exec", self.host, sys.executable, "-c", LISTENS, *map(str, ports)]
+        with child_process(argv, stdout=subprocess.PIPE) as listener:
+            assert listener.stdout is not None
+            assert listener.stdout.readline() == "listens\n"
+            yield
+
+    def remove(self) -> None:
+        for name in (self.host, self.network):
+            subprocess.run(["ip", "netns", "del", name], check=True)
+
+
+@pytest.fixture
+def cable() -> Iterator[Cable]:
+    made = Cable()
+    yield made
+    made.remove()
+
+
+def opened(namespace: str, wanted: list[Wanted], expected: int, *before: str) -> list[tuple[str, int]]:
+    argv = [*before, sys.executable, "-c", CONNECTS, json.dumps(wanted), str(expected)]
+    return [(source, port) for source, port in json.loads(ip(namespace, *argv))]
+
+
+@pytest.mark.parametrize("name", ["koala-laptop", "k3-pi", "epuck-pi"])
+def test_packets_pass_where_the_graph_has_a_flow(name: str, swarm: Swarm, cable: Cable) -> None:
+    host = swarm.hosts[name]
+    others = {one.address: one.name for one in swarm.hosts.values() if one is not host} | {STRANGER: ""}
+    cable.address(host.address, others)
+    loaded(cable.host, {"swarm-any": table_of(swarm, host)})
+    ports = {port: one for (protocol, port), one in services(swarm, name).items() if protocol == "tcp"}
+    every = (*ports, SSH, ELSE)
+    wanted = [(source, host.address, port) for source in others for port in every]
+    expected = {
+        (source, port)
+        for source, port in product(others, every)
+        if port not in ports or declared(swarm, others[source], name, ports[port])
+    }
+    with cable.listening(every):
+        assert set(opened(cable.network, wanted, len(expected))) == expected
+
+
+def test_one_host_cannot_take_all_connections_of_a_master(swarm: Swarm, cable: Cable) -> None:
+    host, other = swarm.hosts["koala-laptop"], swarm.hosts["k3-pi"].address
+    cable.address(host.address, [other])
+    loaded(cable.host, {"swarm-any": table_of(swarm, host)})
+    with cable.listening([MASTER]):
+        many = [(other, host.address, MASTER)] * (MOST_CALLS + 50)
+        assert len(opened(cable.network, many, MOST_CALLS)) == MOST_CALLS
+
+
+def test_another_account_reaches_no_master(swarm: Swarm, cable: Cable) -> None:
+    host = swarm.hosts["koala-laptop"]
+    second = "10.1.1.1"
+    cable.address(host.address, ())
+    ip(cable.host, "ip", "address", "add", f"{second}/24", "dev", "eth0")
+    loaded(cable.host, {"swarm-any": table_of(swarm, host)})
+    account = ("setpriv", f"--reuid={OTHER}", f"--regid={OTHER}", "--clear-groups")
+    local = [(one, one, MASTER) for one in ("127.0.0.1", host.address, second)]
+    local += [(host.address, host.address, port) for port in (EPHEMERAL[0], SSH)]
+    with cable.listening([MASTER, EPHEMERAL[0], SSH]):
+        assert len(opened(cable.host, local, len(local))) == len(local)
+        assert opened(cable.host, local, 1, *account) == [(host.address, SSH)]
