@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+from swarmctl.lab import paths
 from swarmctl.lab.hosts import network
 from swarmctl.swarm.resolved import Island, Swarm
-from tests.e2e.lab_swarm import LabSwarm, namespace_of
+from tests.e2e.lab_swarm import LabSwarm
 
 
 @dataclass(frozen=True)
@@ -54,19 +55,21 @@ def due(seen: Registrations, swarm: Swarm) -> Registrations:
 
 
 def _at(lab: LabSwarm, swarm: Swarm, island: Island, homes: Mapping[str, str]) -> frozenset[Registration]:
-    rows = network.within(namespace_of(lab), lambda: _registrations(swarm.master_uri(island)))
+    """Read on the hub: a filtered one lets nobody else look."""
+    hub = network.namespace_path(paths.lab_paths(lab.name), island.hub)
+    try:
+        rows = network.within(hub, lambda: _registrations(swarm.master_uri(island)))
+    except (OSError, xmlrpc.client.Error):
+        rows = []
     return frozenset(Registration(kind, name, homes.get(address, address)) for kind, name, address in rows)
 
 
 def _registrations(uri: str) -> list[tuple[str, str, str]]:
     master = xmlrpc.client.ServerProxy(uri)
-    try:
-        state = master.getSystemState("/test")[2]  # type: ignore[index]
-        return [
-            (kind, name, urlsplit(str(master.lookupNode("/test", node)[2])).hostname or "")  # type: ignore[index]
-            for kind, rows in zip(("publishes", "subscribes", "serves"), state, strict=True)
-            for name, nodes in rows
-            for node in nodes
-        ]
-    except (OSError, xmlrpc.client.Error):
-        return []
+    state = master.getSystemState("/test")[2]  # type: ignore[index]
+    return [
+        (kind, name, urlsplit(str(master.lookupNode("/test", node)[2])).hostname or "")  # type: ignore[index]
+        for kind, rows in zip(("publishes", "subscribes", "serves"), state, strict=True)
+        for name, nodes in rows
+        for node in nodes
+    ]

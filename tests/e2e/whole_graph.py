@@ -17,7 +17,7 @@ ROSOUT = "/rosout"
 LOOK = """\
 import json, sys
 from xmlrpc.client import ServerProxy
-print(json.dumps({uri: ServerProxy(uri).getSystemState("/experiment")[2][:2] for uri in sys.argv[1:]}))
+print(json.dumps(ServerProxy(sys.argv[1]).getSystemState("/experiment")[2][:2]))
 """
 #: A node of ROS 2 sees other nodes after some time; `setup.bash` makes it a super client.
 LOOK_2 = """\
@@ -75,9 +75,11 @@ def real(swarm: LabSwarm, spec: Swarm) -> dict[str, set[End]]:
     if is_ros2(spec):
         look = f"{SOURCE}; python3 -c '{LOOK_2}'"
         return {island.name: _ends(json.loads(swarm.shell(island.hub, look))) for island in spec.islands}
-    uris = {spec.master_uri(island): island.name for island in spec.islands}
-    states = json.loads(swarm.shell(spec.islands[0].hub, f"python3 -c '{LOOK}' {' '.join(uris)}"))
-    return {uris[uri]: _ends(state) for uri, state in states.items()}
+    found = {}
+    for island in spec.islands:  # a filtered master lets no other island look
+        look = f"python3 -c '{LOOK}' {spec.master_uri(island)}"
+        found[island.name] = _ends(json.loads(swarm.shell(island.hub, look)))
+    return found
 
 
 def _ends(state: list[list[tuple[str, list[str]]]]) -> set[End]:
