@@ -26,7 +26,7 @@ LABS := $(shell expr $$(nproc) \* 2 + 1)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test test-all check busy power-cuts races scorecard experiments dead-man faults motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools page-tools
+.PHONY: demo test test-all check busy power-cuts races scorecard attacks experiments dead-man faults motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools page-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -135,6 +135,9 @@ races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline, 50 of
 
 scorecard: $(VENV)/.dev lab-tools ## what a deploy promises under 61 faults: the table, with the tests that show it (needs root)
 	@$(BIN)/python -m tests.scorecard
+
+attacks: $(VENV)/.dev lab-tools ## 22 attacks on the example swarm from 4 positions, with security off and filtered: what succeeds (needs root)
+	@$(SUDO) $(BIN)/python -m tests.attacks
 
 power-tools:
 	@$(call install,$(POWER_TOOLS))

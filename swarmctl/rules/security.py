@@ -26,6 +26,11 @@ _PAIRS = {
 }
 # Words that turn a secret's name into a name about it: its path, its length.
 _ABOUT = {"file", "path", "folder", "name", "topic", "id", "length", "timeout", "type", "url", "uri"}
+# Packages of ROS 1 that join masters: fkie's under its three names, rocon's, and a relay.
+_MULTIMASTERS = {
+    *("fkie_master_discovery", "fkie_master_sync", "master_discovery_fkie", "master_sync_fkie"),
+    *("fkie_mas_discovery", "fkie_mas_sync", "rocon_gateway", "rocon_hub", "foreign_relay"),
+}
 _REFERENCE = re.compile(r"[/~$<{].*|")  # a file, a variable, a placeholder, or empty
 
 # The forms of secrets: prefixes, pattern, and name.
@@ -202,3 +207,22 @@ def _networks_by_address(context: RuleContext, host: str) -> frozenset[int]:
     ip = context.addresses[host]
     subnets = ((index, context.subnets[index]) for index, _ in context.networks_of[host])
     return frozenset(index for index, subnet in subnets if ip and subnet is not None and ip in subnet)
+
+
+@rule("SEC007")
+def foreign_multimasters(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program that joins masters by itself, which `security: filtered` keeps from those of others."""
+    filtered = {host for island in context.islands if island.filtered for host in island.hosts}
+    for name, program in context.spec.programs.items():
+        if program.package in _MULTIMASTERS and program.host in filtered:
+            yield Diagnostic(
+                "SEC007",
+                f"program `{name}` is of the multimaster `{program.package}`, and `security: filtered` lets "
+                "no other master reach it",
+                context.span("programs", name, "package"),
+                label="the graph has no flow for it",
+                help=(
+                    "remove the program, and list under `multimaster.topics` what is to cross",
+                    "or write `security: off`, for the swarm or for the island",
+                ),
+            )

@@ -1,20 +1,24 @@
-"""`security: filtered` in a lab: declared hosts exchange packets, and none does what is for another."""
+"""`security: filtered` in a lab: only declared hosts exchange packets, and each does what is its own."""
 
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
 
 from swarmctl.cli import exit_codes
-from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, namespace_of
+from tests import ROOT
+from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, lab_of, namespace_of, until
 from tests.timing import wait_for
 
+EXAMPLE = ROOT / "examples/paper-leader/swarm.yaml"
 CONNECT = "import socket, sys; socket.create_connection((sys.argv[1], int(sys.argv[2])), 2); print('open')"
 DROPPED = "TimeoutError: timed out"
 CLOSED = "ConnectionRefusedError: [Errno 111] Connection refused"
@@ -33,11 +37,22 @@ LOOKUP = (
 )
 
 
+@pytest.fixture(scope="module")
+def lab(workplace: Path) -> Iterator[LabSwarm]:
+    text = EXAMPLE.read_text("utf-8")
+    spec = workplace / "filtered.yaml"
+    spec.write_text(f"{text}security: filtered\n", "utf-8")
+    with lab_of(f"fil-{os.getpid()}", spec, workplace) as swarm:
+        run = swarm.deploy()
+        assert run.status == 0, run.out + run.err
+        yield swarm
+
+
 @pytest.fixture
-def filtered(swarm: LabSwarm) -> LabSwarm:
-    run = swarm.deploy(swarm.variant("filtered", ("mode: leader", "security: filtered\nmode: leader")))
-    assert run.status == 0, run.out + run.err
-    return swarm
+def filtered(lab: LabSwarm) -> LabSwarm:
+    """The swarm of the first paper, filtered and healthy."""
+    until(lambda: lab.swarmctl("status").status == exit_codes.OK, lambda: lab.swarmctl("status").out)
+    return lab
 
 
 def foreign(swarm: LabSwarm, address: str, port: int) -> str:
@@ -110,15 +125,15 @@ def test_a_host_of_the_swarm_does_nothing_that_is_for_another(filtered: LabSwarm
 
 def test_a_flushed_firewall_is_unhealthy_until_its_unit_restarts(filtered: LabSwarm) -> None:
     filtered.shell("k3-pi", "sudo nft flush ruleset")
-    status = filtered.swarmctl("status", spec=filtered.deployed)
+    status = filtered.swarmctl("status")
     assert status.status == exit_codes.UNHEALTHY
     assert "firewall k3-pi: table swarm-newswarm of nftables is not loaded" in status.out
     filtered.shell("k3-pi", "sudo systemctl restart swarm-newswarm.firewall")
-    assert filtered.swarmctl("status", spec=filtered.deployed).status == 0
+    assert filtered.swarmctl("status").status == 0
 
 
 def test_the_swarm_drives_and_is_healthy(filtered: LabSwarm) -> None:
     with filtered.driving(LEADER, "k3", 0.1):
-        status = filtered.swarmctl("status", spec=filtered.deployed)
+        status = filtered.swarmctl("status")
         assert status.status == 0, status.out
     filtered.seconds_to_standstill("k3")

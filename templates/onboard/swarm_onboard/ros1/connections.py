@@ -42,7 +42,7 @@ def bound() -> None:
 def _bind_address(address: str | None = None) -> str:
     """The node's address, as others have it; all addresses if that is a name, or this host does not have it.
 
-    A firewall cannot tell connections to a node at 127.0.0.1 from those to other programs.
+    To a firewall, connections to a node at 127.0.0.1 look like those to any other program.
     """
     own = network.get_address_override()
     try:

@@ -1,0 +1,108 @@
+"""Where an attacker sits, and how it runs there."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swarmctl.lab import lab, paths
+from swarmctl.lab.hosts import network
+from tests.attacks.world import HOST
+from tests.e2e.lab_swarm import LEADER, LabSwarm, namespace_of, quoted
+
+INTRUDER = Path(__file__).with_name("intruder.py")
+AWAY = "epuck-pi"  # cut off while another machine has its address; in d it is the host that is compromised
+ACCOUNT = "mallory"
+_COPY = "/var/tmp/intruder.py"
+
+Argv = Callable[[LabSwarm, tuple[str, ...]], list[str]]
+
+
+@dataclass(frozen=True)
+class Position:
+    """``host``: on which it is; None for a machine that the spec does not declare.
+
+    ``address`` gives the one from which it attacks; ``taken`` surrounds its attacks.
+    """
+
+    key: str
+    what: str
+    host: str | None
+    argv: Argv
+    address: Callable[[LabSwarm], str]
+    taken: Callable[[LabSwarm], AbstractContextManager[None]] = lambda _: nullcontext()
+
+    def begin(self, swarm: LabSwarm, attack: str, facts: Mapping[str, Any]) -> subprocess.Popen[str]:
+        """The attack under way; it prints what ``intruder.py`` says."""
+        argv = self.argv(swarm, (attack, json.dumps({**facts, "own": self.address(swarm)})))
+        pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
+        return subprocess.Popen(argv, stdin=nothing, stdout=pipe, stderr=nothing, text=True)
+
+
+def _outside(swarm: LabSwarm, arguments: tuple[str, ...]) -> list[str]:
+    return ["nsenter", f"--net={namespace_of(swarm)}", sys.executable, str(INTRUDER), *arguments]
+
+
+def _on(host: str, account: str) -> Argv:
+    def argv(swarm: LabSwarm, arguments: tuple[str, ...]) -> list[str]:
+        words = " ".join(quoted(one) for one in arguments)
+        return swarm.shell_argv(host, f"sudo -u {account} python3 {_COPY} {words}")
+
+    return argv
+
+
+def _own_of(host: str) -> Callable[[LabSwarm], str]:
+    return lambda swarm: swarm.hosts[host]
+
+
+def _foreign(swarm: LabSwarm) -> str:
+    """The address that the lab's operator has on the wlan."""
+    return str(lab.status(swarm.name)["networks"][0]["operator"]).partition("/")[0]
+
+
+@contextmanager
+def _address_taken(swarm: LabSwarm) -> Iterator[None]:
+    """``AWAY`` is cut off the network, and the machine outside has its address."""
+    address = f"{swarm.hosts[AWAY]}/24"
+    swarm.cut(AWAY)
+    _ip(swarm, None, f"address add {address} dev br0")
+    _forget_neighbours(swarm)
+    try:
+        yield
+    finally:
+        _ip(swarm, None, f"address delete {address} dev br0")
+        swarm.join(AWAY)
+        _forget_neighbours(swarm)
+
+
+def _forget_neighbours(swarm: LabSwarm) -> None:
+    for host in (None, *swarm.hosts):
+        _ip(swarm, host, "neighbour flush all")
+
+
+def _ip(swarm: LabSwarm, host: str | None, command: str) -> None:
+    namespace = network.namespace_path(paths.lab_paths(swarm.name), host)
+    subprocess.run(["ip", "-n", namespace.name, *command.split()], check=True, capture_output=True)
+
+
+POSITIONS = (
+    Position("a", "a foreign machine on the wlan", None, _outside, _foreign),
+    Position("b", f"one with the address of {AWAY}, cut off", None, _outside, _own_of(AWAY), _address_taken),
+    Position("c1", f"an account on {HOST}", HOST, _on(HOST, ACCOUNT), _own_of(HOST)),
+    Position("c2", f"an account on {LEADER}", LEADER, _on(LEADER, ACCOUNT), _own_of(LEADER)),
+    Position("d", f"root on {AWAY}", AWAY, _on(AWAY, "root"), _own_of(AWAY)),
+)
+
+
+def prepare(swarm: LabSwarm) -> None:
+    """Each host gets an account without rights, and the program of the attacker."""
+    text = quoted(INTRUDER.read_text("utf-8"))
+    swarm.everywhere(
+        f"id {ACCOUNT} >/dev/null 2>&1 || sudo useradd --create-home {ACCOUNT}; printf %s {text} >{_COPY}"
+    )
