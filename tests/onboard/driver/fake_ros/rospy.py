@@ -79,6 +79,7 @@ def _module(name: str, **contents: Any) -> None:
 
 _module("rospy.impl")
 _module("rospy.impl.tcpros_base", TCPServer=object)
+_module("rosgraph.network", get_bind_address=lambda _address=None: "0.0.0.0")
 _module("rosgraph.xmlrpc", ThreadingXMLRPCServer=object, SilenceableXMLRPCRequestHandler=object)
 _module("rospy.impl.masterslave", ROSHandler=ROSHandler)
 _module(
