@@ -6,6 +6,7 @@ import json
 import os
 import shlex
 import subprocess
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -39,10 +40,12 @@ LOOKUP = (
 
 @pytest.fixture(scope="module")
 def lab(workplace: Path) -> Iterator[LabSwarm]:
+    """In a folder of its own: that of a lab has the connections to its hosts, by their names."""
+    folder = Path(tempfile.mkdtemp(prefix="fil-", dir=workplace))
     text = EXAMPLE.read_text("utf-8")
-    spec = workplace / "filtered.yaml"
+    spec = folder / "filtered.yaml"
     spec.write_text(f"{text}security: filtered\n", "utf-8")
-    with lab_of(f"fil-{os.getpid()}", spec, workplace) as swarm:
+    with lab_of(f"fil-{os.getpid()}", spec, folder) as swarm:
         run = swarm.deploy()
         assert run.status == 0, run.out + run.err
         yield swarm
