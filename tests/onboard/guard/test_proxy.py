@@ -33,7 +33,8 @@ class Guarded:
     ``journal`` has what the guard wrote, ``errors`` what no code of the guard has caught.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, **changed: Any) -> None:
+        self._changed = changed
         self.master, self.port, self.journal = Rosmaster(), free_port(), list[str]()
         self.errors = list[Any]()
         self._loop = asyncio.new_event_loop()
@@ -44,7 +45,7 @@ class Guarded:
         self._open = ExitStack()
         uri = self._open.enter_context(served(self.master, port=self.port))
         self._thread.start()
-        guard = Proxy(parse(parameters(self.port)), uri, self.journal.append)
+        guard = Proxy(parse({**parameters(self.port), **self._changed}), uri, self.journal.append)
         asyncio.run_coroutine_threadsafe(guard.start(), self._loop).result(PATIENCE)
         return self
 
@@ -88,6 +89,13 @@ def test_what_is_permitted_reaches_the_master(guarded: Guarded) -> None:
     uri = f"http://{K3}:4000/"
     assert guarded.called(K3, "registerPublisher", "/k3/driver", "/k3/odom", TYPE, uri) == [1, "", []]
     assert ("/k3/odom", "/k3/driver", uri) in guarded.master.publishers()
+
+
+def test_a_hub_that_is_called_by_its_name_reaches_it_under_that() -> None:
+    """Its own name is 127.0.1.1 to a host of Debian."""
+    with Guarded(uri="http://laptop:11311") as one:
+        master = xmlrpc.client.ServerProxy(f"http://127.0.1.1:{one.port}")
+        assert master.getUri("/x") == [1, "", "http://laptop:11311"]
 
 
 def test_what_is_refused_does_not_and_is_in_the_journal(guarded: Guarded) -> None:

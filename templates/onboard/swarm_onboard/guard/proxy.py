@@ -29,6 +29,7 @@ _LARGEST_REPLY = 16 << 20
 _SECONDS = 5.0  # for a request to arrive, and for its reply to leave
 _MASTER_SECONDS = 10.0
 _LINES, _LINES_SECONDS = 20, 10.0  # of the journal
+_OWN_NAME = "127.0.1.1"  # that of a host's own name on Debian (Debian Reference, 5.1.1)
 _MULTICALL = "system.multicall"
 
 
@@ -49,8 +50,10 @@ class Proxy:
 
     async def start(self) -> int:
         """Starts to listen; returns the port."""
-        address, port = self._config.address, self._config.port
-        server = await asyncio.start_server(self._attend, address, port, limit=_LARGEST_HEADER)
+        places, port = [self._config.address], self._config.port
+        if ros.place_of(self._config.uri)[0] != self._config.address and ":" not in self._config.address:
+            places.append(_OWN_NAME)
+        server = await asyncio.start_server(self._attend, places, port, limit=_LARGEST_HEADER)
         return int(server.sockets[0].getsockname()[1])
 
     async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
