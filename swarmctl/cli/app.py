@@ -77,6 +77,11 @@ _BRING = (
         example="trust swarm.yaml",
     ),
     Verb(
+        "keys",
+        "Make the keys of SROS 2 that are missing, and sign permissions that have changed.",
+        example="keys swarm.yaml",
+    ),
+    Verb(
         "prepare",
         "Install on each host what it lacks: account, packages, groups, built workspace.",
         HOSTS_FAILED,

@@ -66,13 +66,13 @@ def write(changes: Sequence[Change]) -> None:
             draft.unlink(missing_ok=True)
 
 
-def replace(path: Path, content: bytes) -> None:
+def replace(path: Path, content: bytes, mode: int = 0o644) -> None:
     """Write a file atomically: a reader, or a crash, finds the old or the new content, never a part.
 
     Mode and owner of an old file stay, symbolic links stay links. Ends the program if it cannot be written.
     """
     try:
-        _replace(path.resolve(), content)
+        _replace(path.resolve(), content, mode)
     except OSError as error:
         console.fail(f"cannot write {path}: {error.strerror or error}")
 
@@ -89,12 +89,12 @@ def create(path: Path, content: bytes) -> None:
             raise
 
 
-def _replace(path: Path, content: bytes) -> None:
-    _draft(path, content).replace(path)
+def _replace(path: Path, content: bytes, mode: int = 0o644) -> None:
+    _draft(path, content, mode).replace(path)
 
 
-def _draft(path: Path, content: bytes) -> Path:
-    """Returns a file beside ``path`` with ``content``, and with its mode and owner."""
+def _draft(path: Path, content: bytes, mode: int = 0o644) -> Path:
+    """Returns a file beside ``path`` with ``content``, its owner and its mode; a new one has ``mode``."""
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     draft = Path(name)
     try:
@@ -108,7 +108,7 @@ def _draft(path: Path, content: bytes) -> Path:
             if (owned.st_uid, owned.st_gid) != (os.geteuid(), os.getegid()):
                 os.chown(draft, owned.st_uid, owned.st_gid)
         else:
-            draft.chmod(0o644)
+            draft.chmod(mode)
     except BaseException:
         draft.unlink(missing_ok=True)
         raise

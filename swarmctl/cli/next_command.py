@@ -39,7 +39,9 @@ def fitting(verb: str, where: Sequence[str]) -> list[str]:
 
 #: Verbs that have `--executor`.
 _SPREAD = ("adopt", "deploy", "exporter", "plan", "remove", "rollback", "status")
-_HINTED = re.compile(r"\bswarmctl (adopt|deploy|plan|prepare|record|remove|start|status|trust)\b(?: SPEC\b)?")
+_HINTED = re.compile(
+    r"\bswarmctl (adopt|deploy|keys|plan|prepare|record|remove|start|status|trust)\b(?: SPEC\b)?"
+)
 
 
 def completing(spec: SpecFiles, where: Sequence[str]) -> Callable[[str], str]:

@@ -32,11 +32,13 @@ def unusable(facts: Facts) -> Problem | None:
 
 
 def without_secret(bundle: Bundle, observed: Observed) -> Problem | None:
-    """Returns the problem of a program whose secret nobody has; None if there is none."""
+    """Returns the problem of a unit whose secret nobody has, PINs aside; None if there is none."""
     for unit in bundle.units:
-        missing = [name for name in unit.secrets if observed.secrets.get(name) == "missing"]
-        if unit.program and missing:
-            message = f"program {unit.program} needs the secret {missing[0]}, which is not on the host"
+        needed = [name for name in unit.secrets if name in bundle.secret_forms]
+        missing = [name for name in needed if observed.secrets.get(name) == "missing"]
+        if missing:
+            what = f"program {unit.program}" if unit.program else unit.name
+            message = f"{what} needs the secret {missing[0]}, which is not on the host"
             return Problem(
                 UNFIT, message, f"write it to `secrets/{missing[0]}` beside the spec (docs/secrets.md)"
             )

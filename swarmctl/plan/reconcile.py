@@ -245,6 +245,9 @@ def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
         names = ", ".join(bundle.unbuilt)
         message = f"{names} {'are' if len(bundle.unbuilt) > 1 else 'is'} not built for it"
         return Problem(preflight.UNFIT, message, "`swarmctl prepare` builds and keeps it")
+    if bundle.unsigned:
+        message = f"the permissions of {', '.join(bundle.unsigned)} are not signed as the spec has them"
+        return Problem(preflight.UNFIT, message, "`swarmctl keys` signs them")
     if not facts:  # the host was not contacted
         return None
     if problem := preflight.unusable(facts):

@@ -79,6 +79,23 @@ class Unit:
 
 
 @dataclass(frozen=True)
+class Enclave:
+    """An enclave of SROS 2: the common name of its certificate, and what the authority signs for it.
+
+    ``folder`` is where its files are beside the spec, ``key`` the secret that is its private key. It is
+    ``complete`` if the keystore has its certificate, and these texts signed as they are.
+    """
+
+    name: str
+    subject: str
+    folder: str
+    key: str
+    governance: bytes
+    permissions: bytes
+    complete: bool
+
+
+@dataclass(frozen=True)
 class Part:
     """What one concern (ROS, the multimaster, the operating system) adds to a host's bundle.
 
@@ -92,7 +109,7 @@ class Part:
     ``tf2_msgs``, and what ``package`` and ``workspace`` make of names of ROS packages and places of built
     workspaces; both have by requirement the entries of the spec that need it: ``robots.k3``;
     ``platform`` is the one that its compiled packages are for, empty without any, and ``unbuilt`` names
-    packages whose build is missing.
+    packages whose build is missing; ``enclaves`` are those of SROS 2 in which its units run.
     """
 
     files: tuple[File, ...] = ()
@@ -106,6 +123,7 @@ class Part:
     secret_forms: Mapping[str, SecretForm] = field(default_factory=dict)
     platform: str = ""
     unbuilt: tuple[str, ...] = ()
+    enclaves: tuple[Enclave, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,6 +136,11 @@ class Bundle(Part):
     swarm: str
     host: str
     distro: str = MIDDLEWARES.default
+
+    @property
+    def unsigned(self) -> list[str]:
+        """The enclaves whose files are missing beside the spec, or signed otherwise."""
+        return [one.name for one in self.enclaves if not one.complete]
 
     @property
     def asks(self) -> tuple[str, ...]:

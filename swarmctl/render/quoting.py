@@ -126,6 +126,11 @@ def path(value: Any) -> str:
     return _fitting(value, f"{part}(/{part})*", "is not a plain path")
 
 
+def element(value: Any) -> str:
+    """Returns the text of an element of XML that needs no escaping: names, and patterns of names."""
+    return _fitting(value, r"[A-Za-z0-9_/=*.-]+", "cannot stand in an element")
+
+
 def udev(value: Any) -> str:
     """Returns a value between quotes in a udev rule; only what needs no escaping passes."""
     return _fitting(value, r"[A-Za-z0-9:._/+=@,#&() -]*", "cannot stand in a udev rule")
@@ -227,6 +232,7 @@ def _environment(ending: str) -> jinja2.Environment:
     environment.filters["sentence"] = lambda value: _Literal(sentence(value))
     environment.filters["name"] = lambda value: _Literal(variable(value))
     environment.filters["word"] = lambda value: _Literal(word(value))
+    environment.filters["element"] = lambda value: _Literal(element(value))
     environment.filters["path"] = lambda value: _Literal(path(value))
     return environment
 

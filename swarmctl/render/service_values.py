@@ -23,6 +23,7 @@ def service_values(swarm: Swarm, host: Host, *, master: bool = True) -> dict[str
         "workspaces": host.workspaces,
         "master": master,
         "reachable": reachable(swarm, host),
+        "enclave": "",
     }
 
 

@@ -226,3 +226,19 @@ def foreign_multimasters(context: RuleContext) -> Iterator[Diagnostic]:
                     "or write `security: off`, for the swarm or for the island",
                 ),
             )
+
+
+@rule("SEC008")
+def robots_without_keys(context: RuleContext) -> Iterator[Diagnostic]:
+    """A robot that runs nodes itself, to which no key can be brought."""
+    if not context.spec.ros.sros2:
+        return
+    for name, driver in context.ros_drivers.items():
+        if driver.peer:
+            yield Diagnostic(
+                "SEC008",
+                f"robot `{name}` runs nodes of ROS 2 itself, and `sros2` lets no node without a key join",
+                context.span("robots", name, "type"),
+                label="swarmctl brings no files to the robot itself",
+                help=("remove `sros2`", "or leave the robot out of this swarm"),
+            )

@@ -64,6 +64,11 @@ class Ros(Model):
         description="Hosts that run a discovery server or a Zenoh router of ROS 2; the hub by default, if "
         "there is one. With two, nodes find each other while one of them is down.",
     )
+    sros2: bool = Field(
+        False,
+        description="Whether nodes of ROS 2 exchange messages only with nodes whose keys `swarmctl keys` has "
+        "made, encrypted, and publish only what this spec lets them (SROS 2).",
+    )
     naming: Literal["address", "hosts"] = Field(
         "address",
         description="What ROS nodes and masters call their host: its `address`, or its name in this spec, "
@@ -91,6 +96,12 @@ class Ros(Model):
             )
         elif self.servers and self.method not in SERVED:
             yield ConsistencyError(f"discovery `{self.method}` has no servers; remove `servers`", "servers")
+        if self.sros2 and self.method in SERVED:
+            yield ConsistencyError(
+                f"a server of discovery `{self.method}` has no keys; with SROS 2 write `discovery: peers`, "
+                "without `servers` and without `rmw: zenoh`",
+                "sros2",
+            )
 
     @property
     def method(self) -> Method:

@@ -69,6 +69,7 @@ DISCOVERY = "discovery"
 MULTIMASTER = "multimaster"
 WLAN = "wlan"
 FIREWALL = "firewall"
+ENCLAVES = "enclaves"
 FIREWALL_FILE = "firewall.nft"
 
 TOOLS = (
@@ -76,6 +77,7 @@ TOOLS = (
     "give-secrets",
     "has-packages",
     "load-firewall",
+    "put-enclave",
     "refuse-beside-units",
     "restart-delay",
     "ros-client",
@@ -92,6 +94,7 @@ TAKEN = {
     DISCOVERY: "the unit of the discovery server",
     MULTIMASTER: "the unit of the multimaster",
     FIREWALL: "the unit of the firewall",
+    ENCLAVES: "the unit of the keys of SROS 2",
     WLAN: "the unit that turns off power saving of the wlan",
     "swarm": "the launch file of all robots",
     **dict.fromkeys(TOOLS, "one of the tools in a release"),

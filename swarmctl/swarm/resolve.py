@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.links.link_base import Device, RobotLink
-from swarmctl.spec import model
+from swarmctl.spec import keystore, model
 from swarmctl.spec.load import Document
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.authority import Authority, commanded_by
@@ -37,13 +37,15 @@ def resolve(document: Document) -> Swarm:
     Raises ValueError if a robot or a program has no place to run, which the rules report before.
     """
     spec, index = document.spec, SwarmIndex(document)
-    bridges = bridges_of(index)
+    bridges, content = bridges_of(index), document.files.content
     return Swarm(
         name=spec.name,
         mode=spec.mode,
         distro=spec.ros.distro,
         workspace=spec.ros.workspace,
         use_sim_time=spec.ros.use_sim_time,
+        sros2=spec.ros.sros2,
+        keystore={path: content[path] for path in keystore.paths(spec) if path in content},
         ipv6=spec.ros.ipv6,
         hosts={name: _host(name, spec) for name in spec.hosts},
         robots=_robots(index),

@@ -274,6 +274,8 @@ class Swarm:
     builders: tuple[str, ...] = ()
     builds: Mapping[str, Built] = field(default_factory=dict, repr=False)  # by their keys
     use_sim_time: bool = False
+    sros2: bool = False
+    keystore: Mapping[str, bytes] = field(default_factory=dict, repr=False)  # by path from the spec's folder
     ipv6: bool = False
 
     @cached_property

@@ -31,6 +31,7 @@ NEXT = {
     "lab fault": ["status --lab"],
     "lab repair": ["status --lab"],
     "trust": ["plan"],
+    "keys": ["plan"],
     "prepare": ["deploy", "prepare"],
     "plan": ["trust", "prepare", "deploy", "status"],
     "deploy": ["status"],

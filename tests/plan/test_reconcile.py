@@ -332,7 +332,8 @@ def test_a_secret_that_nobody_has_stops_a_program_and_no_robot() -> None:
     plain = bundle()
     robot = replace(plain.units[0], secrets=("epuck-pin",))
     web = Unit("web.service", ("params/a.yaml",), program="web", secrets=("web-token",))
-    wanted = replace(plain, units=(robot, *plain.units[1:], web), secrets=("epuck-pin", "web-token"))
+    names, forms = ("epuck-pin", "web-token"), {"web-token": "line"}
+    wanted = replace(plain, units=(robot, *plain.units[1:], web), secrets=names, secret_forms=forms)
 
     unfit = reconcile(wanted, running(plain, secrets=dict.fromkeys(wanted.secrets, "missing"), facts=FIT))
 

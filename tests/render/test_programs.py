@@ -30,7 +30,7 @@ ANY_CHARACTER = st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"], exclu
 UNIT_VALUES = {
     "swarm": "s", "program": "p", "home": "/opt/swarm/s", "target": "t", "runtime": "r", "packages": (),
     "user": "robot", "shipped": False, "container": "", "engine": "", "oneshot": False, "secrets": (),
-    "memory_mb": None, "master": True, "ends_together": False,
+    "memory_mb": None, "master": True, "ends_together": False, "enclave": "",
 }  # fmt: skip
 LAUNCH_VALUES = {
     "home": "/opt/swarm/s", "program": "p", "group": "", "node": "p", "package": "a", "executable": "b",

@@ -21,7 +21,13 @@ RULES = [rule for rule in rulebook().values() if rule.fails is not None]
 def examined(*texts: str) -> tuple[Document | None, Sequence[Diagnostic]]:
     """What ``validate`` finds in the texts, each laid over those before."""
     files = {f"book/{number}.yaml": text for number, text in enumerate(texts)}
-    document, found = load([Path(file) for file in files], read=lambda path: files[str(path)].encode())
+
+    def read(path: Path) -> bytes:
+        if str(path) not in files:  # of the keystore
+            raise FileNotFoundError(path)
+        return files[str(path)].encode()
+
+    document, found = load([Path(file) for file in files], read=read)
     return (document, found) if document is None else (document, lint(document, found))
 
 

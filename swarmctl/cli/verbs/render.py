@@ -55,6 +55,10 @@ def render(
                 console.err().print(
                     f"note: {name}: {', '.join(bundle.unbuilt)} left out, which `prepare` builds"
                 )
+            if bundle.unsigned:
+                console.err().print(
+                    f"note: {name}: {', '.join(bundle.unsigned)} not signed; `swarmctl keys` signs them"
+                )
         next_command.advise("plan", spec, *next_command.where(limit=host))
 
 

@@ -57,7 +57,10 @@ def terminal_scripts(swarm: Swarm, host: Host) -> Iterator[File]:
     for program in swarm.programs_on(host.name):
         if program.is_interactive:
             text = render(
-                "interactive.bash", home=home(swarm), command=as_client(swarm, command_of(swarm, program))
+                "interactive.bash",
+                home=home(swarm),
+                enclave="",
+                command=as_client(swarm, command_of(swarm, program)),
             )
             yield File(f"bin/{program.name}", text, 0o755, f"programs.{program.name}")
 

@@ -17,6 +17,7 @@ from swarmctl.render.middleware import (
 from swarmctl.render.ros2 import (
     ament_packages,
     domain_ports,
+    enclave_files,
     graph_environment,
     ros2_drivers,
     ros2_programs,
@@ -45,7 +46,7 @@ class Ros2:
     """The middleware of a distribution of ROS 2."""
 
     capabilities: frozenset[Capability] = frozenset({"launched", "domains"})
-    settings = frozenset({"rmw", "domain", "discovery", "servers", "workspace"})
+    settings = frozenset({"rmw", "domain", "discovery", "servers", "workspace", "sros2"})
     variables = frozenset(graph_environment.GRAPH_VARIABLES)
     launcher = "ros2 launch"
     # Without the daemon, which has the settings of whoever has started it.
@@ -67,6 +68,7 @@ class Ros2:
             requires=ament_packages.requires(swarm, host, island),
             wants=sketch.wants(swarm, host),
         )
+        yield enclave_files.part(swarm, host)
         if host.name in island.discovery.servers:
             yield ros2_release.server_unit(swarm, host, island)
         yield from ros2_drivers.units(swarm, host, island)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from swarmctl.render.ros2 import enclaves
 from swarmctl.render.ros2.discovery_files import (
     CYCLONE,
     FASTDDS,
@@ -17,6 +18,7 @@ from swarmctl.render.ros2.discovery_files import (
 )
 from swarmctl.render.service_values import home
 from swarmctl.spec.ros_model import Rmw
+from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
@@ -43,6 +45,10 @@ GRAPH_VARIABLES = (
     "CYCLONEDDS_URI",
     "ZENOH_ROUTER_CHECK_ATTEMPTS",
     "ZENOH_CONFIG_OVERRIDE",
+    "ROS_SECURITY_ENABLE",
+    "ROS_SECURITY_STRATEGY",
+    "ROS_SECURITY_KEYSTORE",
+    "ROS_SECURITY_ENCLAVE_OVERRIDE",
 )
 
 
@@ -53,6 +59,7 @@ def of_nodes(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
         "ROS_DOMAIN_ID": str(island.discovery.domain),
         "RMW_IMPLEMENTATION": IMPLEMENTATIONS[rmw],
         **_METHODS[rmw](swarm, host, island),
+        **(_sros2(swarm, host) if swarm.sros2 else {}),
     }
 
 
@@ -106,6 +113,16 @@ def _zenoh(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     return {
         "ZENOH_ROUTER_CHECK_ATTEMPTS": "0",  # without limit
         "ZENOH_CONFIG_OVERRIDE": f'mode="client";connect/endpoints={_endpoints(routers)}',
+    }
+
+
+def _sros2(swarm: Swarm, host: Host) -> dict[str, str]:
+    """With the enclave of people; that of a unit takes its place."""
+    return {
+        "ROS_SECURITY_ENABLE": "true",
+        "ROS_SECURITY_STRATEGY": "Enforce",
+        "ROS_SECURITY_KEYSTORE": f"/run/{names.runtime_folder(swarm.name, names.ENCLAVES)}",
+        "ROS_SECURITY_ENCLAVE_OVERRIDE": f"/{enclaves.of_host(swarm, host).name}",
     }
 
 

@@ -12,6 +12,7 @@ from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.driver_config import codec_path, group, params_path, remapped, urdf_path
 from swarmctl.render.program_words import with_environment
 from swarmctl.render.quoting import render
+from swarmctl.render.ros2 import enclave_files, enclaves
 from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
 from swarmctl.render.ros2.ros2_release import FACE, RUN_NODE, run_node, running, unit_values
 from swarmctl.render.service_values import home
@@ -66,11 +67,11 @@ def units(swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
             "runtime": names.runtime_folder(swarm.name, robot.name),
         }
         needs = running(swarm, host, island)
+        if robot.gated:
+            yield _gate_unit(swarm, robot, values, needs)
         if isinstance(robot.driver, SwarmctlDriver):
             yield _own_unit(swarm, robot, robot.driver, values, needs)
         else:
-            if robot.gated:
-                yield _gate_unit(swarm, robot, values, needs)
             yield _package_unit(swarm, robot, robot.driver, {**values, "user": host.user}, needs)
 
 
@@ -89,10 +90,11 @@ def _gate_words(swarm: Swarm, robot: Robot) -> tuple[str, ...]:
 def _own_unit(
     swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any], needs: tuple[str, ...]
 ) -> Part:
-    text = render("driver.service", **values, words=(), watchdog=driver_files.watchdog(robot, driver))
+    own = {"words": (), "watchdog": driver_files.watchdog(robot, driver)}
     shipped = (one.path for one in shipped_files.folder(_DRIVERS, FACE))
     codec = (codec_path(robot),) if driver.codec else ()
-    return _unit(swarm, robot, text, (*needs, params_path(robot), urdf_path(robot), *codec, *shipped))
+    read = (*needs, params_path(robot), urdf_path(robot), *codec, *shipped)
+    return _unit(swarm, robot, "driver.service", {**values, **own}, read)
 
 
 def _gate_unit(swarm: Swarm, robot: Robot, values: dict[str, Any], needs: tuple[str, ...]) -> Part:
@@ -102,23 +104,30 @@ def _gate_unit(swarm: Swarm, robot: Robot, values: dict[str, Any], needs: tuple[
         "words": (),
         "runtime": names.runtime_folder(swarm.name, gate_config.launch_name(robot)),
     }
-    text = render("gate.service", **{**values, **own})
     shipped = (one.path for one in shipped_files.folder(gate_config.FOLDER, FACE))
-    return _unit(swarm, robot, text, (*needs, gate_config.params_path(robot), *shipped), names.GATE_NODE)
+    read = (*needs, gate_config.params_path(robot), *shipped)
+    return _unit(swarm, robot, "gate.service", {**values, **own}, read, names.GATE_NODE)
 
 
 def _package_unit(
     swarm: Swarm, robot: Robot, driver: ForeignDriver, values: dict[str, Any], needs: tuple[str, ...]
 ) -> Part:
-    text = render("ros_driver.service", **values, command=_package_words(swarm, robot, driver))
-    read = (one.path for one in _package_files(robot, driver))
-    return _unit(swarm, robot, text, (*needs, RUN_NODE, *read))
+    command = _package_words(swarm, robot, driver)
+    read = (*needs, RUN_NODE, *(one.path for one in _package_files(robot, driver)))
+    return _unit(swarm, robot, "ros_driver.service", {**values, "command": command}, read)
 
 
-def _unit(swarm: Swarm, robot: Robot, text: bytes, needs: tuple[str, ...], *part: str) -> Part:
+def _unit(
+    swarm: Swarm, robot: Robot, template: str, values: dict[str, Any], needs: tuple[str, ...], *part: str
+) -> Part:
+    enclave = enclaves.of_gate(swarm, robot) if part else enclaves.of_driver(swarm, robot)
     name = names.unit(swarm.name, robot.name, *part)
+    text = render(template, **{**values, **enclave_files.unit_values(swarm, enclave)})
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
-    return Part((file,), (Unit(name, (file.path, *needs), robot=robot.name),))
+    read = (file.path, *needs, *enclave_files.needs(swarm, enclave))
+    return Part(
+        (file,), (Unit(name, read, robot=robot.name, secrets=enclave_files.secrets_of(swarm, enclave)),)
+    )
 
 
 def _package_words(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from swarmctl.render.program_words import (
     with_values,
 )
 from swarmctl.render.quoting import render
-from swarmctl.render.ros2 import graph_environment
+from swarmctl.render.ros2 import enclave_files, enclaves, graph_environment
 from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
 from swarmctl.render.ros2.ros2_release import FACE, RUN_NODE, run_node, running, unit_values
 from swarmctl.render.service_values import home
@@ -51,7 +51,8 @@ def terminal_scripts(swarm: Swarm, host: Host, island: Island) -> Iterator[File]
     for program in swarm.programs_on(host.name):
         if program.is_interactive:
             command = _command_of(swarm, host, island, program)
-            text = render("interactive.bash", home=home(swarm), command=command)
+            enclave = enclaves.of_program(swarm, program).name if swarm.sros2 else ""
+            text = render("interactive.bash", home=home(swarm), command=command, enclave=enclave)
             yield File(f"bin/{program.name}", text, 0o755, f"programs.{program.name}")
 
 
@@ -65,10 +66,10 @@ def units(swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
 def _unit(swarm: Swarm, host: Host, island: Island, program: Program) -> Part:
     name, declared = names.unit(swarm.name, program.name), program.declared
     packages = installed(swarm, program) if declared.optional else ()
-    container = declared.container
+    container, enclave = declared.container, enclaves.of_program(swarm, program)
     text = render(
         "program.service",
-        **unit_values(swarm, host, island),
+        **{**unit_values(swarm, host, island), **enclave_files.unit_values(swarm, enclave)},
         program=program.name,
         packages=packages,
         command=_command_of(swarm, host, island, program),
@@ -94,7 +95,9 @@ def _unit(swarm: Swarm, host: Host, island: Island, program: Program) -> Part:
         *shipped,
         *([_HAS_PACKAGES] if packages else []),
         *([_GIVE_SECRETS] if secrets else []),
+        *enclave_files.needs(swarm, enclave),
     )
+    secrets = (*secrets, *enclave_files.secrets_of(swarm, enclave))
     return Part((file,), (Unit(name, needs, program=program.name, packages=packages, secrets=secrets),))
 
 
@@ -133,9 +136,11 @@ def _container(
     """As a host's own program: it reads the same files."""
     own = (*environment_of(swarm, program), *program.declared.secrets.env)
     variables = ("SWARM", *graph_environment.of_nodes(swarm, host, island), *own)
-    folder = f"{home(swarm)}/current/env"
-    options = ("--volume", f"{folder}:{folder}:ro")
-    return container_words(swarm, program, container, variables, options)
+    folders = [f"{home(swarm)}/current/env"]
+    if swarm.sros2:
+        folders.append(f"/run/{names.runtime_folder(swarm.name, program.name)}")
+    options = (word for one in folders for word in ("--volume", f"{one}:{one}:ro"))
+    return container_words(swarm, program, container, variables, tuple(options))
 
 
 def _files_of(swarm: Swarm, program: Program) -> Iterator[File]:

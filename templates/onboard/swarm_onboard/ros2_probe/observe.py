@@ -28,7 +28,7 @@ _START = 10.0  # s until a slow board has loaded rclpy, and for leaving the grap
 #: Of the look. Not that of nobody, under which other programs run: a firewall lets this one see the graph.
 #: systemd gives no unit a number from 65520 on.
 ACCOUNT = 65533
-_WORKSPACES = "SWARM_WORKSPACE"
+_OWNED = ("ROS_SECURITY_KEYSTORE", "SWARM_WORKSPACE")  # folders
 _HOMELESS = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "LC_ALL": "C"}
 _PYTHON = ("/usr/bin/python3", "-s", "-c")
 _CODE = f"import sys; sys.path.insert(0, sys.argv[1]); from {look.__name__} import main; main()"
@@ -91,12 +91,13 @@ def _lines(file: IO[bytes]) -> list[str]:
 
 
 def _account(variables: Mapping[str, str]) -> list[str]:
-    """The words that let a command run as who owns the workspace with the host's types, or under
-    ``ACCOUNT``: never as root, as what a workspace sets up runs in it. None if the agent itself is not root.
+    """The words that let a command run as who owns the keys of SROS 2 for people, or the workspace with the
+    host's types, or under ``ACCOUNT``: never as root, as what a workspace sets up runs in it. None if the
+    agent itself is not root.
     """
     if os.geteuid() != 0:
         return []
-    places = (Path(one) for one in variables.get(_WORKSPACES, "").split())
+    places = (Path(one) for name in _OWNED for one in variables.get(name, "").split())
     owners = ((one.stat().st_uid, one.stat().st_gid) for one in places if one.is_dir())
     user, group = next((one for one in owners if one[0]), (ACCOUNT, ACCOUNT))
     return ["setpriv", f"--reuid={user}", f"--regid={group}", "--clear-groups", "--"]
