@@ -9,11 +9,13 @@ ROS ?= 1
 BIN := $(VENV)/bin
 # tool:package pairs; a tool that is there already is not installed again
 LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
-TEST_TOOLS := nft:nftables check_urdf:liburdfdom-tools sshd:openssh-server sudo:sudo gcc:gcc avr-gcc:gcc-avr avrdude:avrdude \
+TEST_TOOLS := nft:nftables check_urdf:liburdfdom-tools sshd:openssh-server sudo:sudo gcc:gcc g++:g++ avr-gcc:gcc-avr avrdude:avrdude \
   rviz:rviz Xvfb:xvfb softhsm2-util:softhsm2 pkcs11-tool:opensc ansible-inventory:ansible-core
 # path:package pairs, for what is no program
 TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware/arduino/avr:arduino-core-avr \
   /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev
+# Ubuntu and later Debians have other versions of them, or none.
+DDS_FILES := /usr/include/fastdds/dds/domain/DomainParticipant.hpp:libfastrtps-dev /usr/include/dds/dds.h:cyclonedds-dev
 POWER_TOOLS := mkfs.ext4:e2fsprogs mkfs.xfs:xfsprogs mkfs.btrfs:btrfs-progs
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 MONITORING_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/monitoring-tools
@@ -128,6 +130,7 @@ lab-tools:
 test-tools:
 	@$(call install,$(TEST_TOOLS))
 	@$(call install_files,$(TEST_FILES))
+	@$(call install_files,$(DDS_FILES)) || echo "-- Fast DDS or Cyclone DDS cannot be installed: its tests are skipped"
 
 races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline, 50 of two operators on the same hosts
 	SWARM_RACES=$${SWARM_RACES:-1000} SWARM_DEPLOY_RACES=$${SWARM_DEPLOY_RACES:-50} \
