@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime, timezone
+from email import message_from_bytes, policy
 from secrets import token_hex
 
 from cryptography import x509
@@ -69,6 +70,15 @@ class Authority:
         builder = pkcs7.PKCS7SignatureBuilder().set_data(content)
         builder = builder.add_signer(self.certificate, self.key, hashes.SHA256())
         return builder.sign(Encoding.SMIME, [pkcs7.PKCS7Options.DetachedSignature, pkcs7.PKCS7Options.Text])
+
+    def has_signed(self, signed: bytes) -> bool:
+        """True if ``signed``, as S/MIME, has a signature that names this authority; it is not verified."""
+        try:
+            *_, signature = message_from_bytes(signed, policy=policy.default).walk()
+            named = pkcs7.load_der_pkcs7_certificates(signature.get_content())
+        except Exception:  # noqa: BLE001  whatever is wrong with it, a new one replaces it
+            return False
+        return self.certificate in named
 
 
 def new_key() -> str:

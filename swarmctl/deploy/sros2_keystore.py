@@ -40,12 +40,12 @@ def missing(enclaves: Sequence[Enclave], kept: Mapping[str, bytes], secrets: Map
     """
     files, made = dict[str, bytes](), dict[str, str]()
     authority = _authority(kept, secrets, made)
-    anew = keystore.CA not in kept
-    if anew:
+    if keystore.CA not in kept:
         files[keystore.CA] = pem(authority.certificate)
 
     def sign(path: str, text: bytes) -> None:
-        if path not in files and (anew or keystore.in_signed(text) not in kept.get(path, b"")):
+        old = kept.get(path, b"")
+        if path not in files and not (keystore.in_signed(text) in old and authority.has_signed(old)):
             files[path] = authority.signed(text)
 
     for enclave in enclaves:
