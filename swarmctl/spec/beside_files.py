@@ -10,6 +10,7 @@ from swarmctl.yamltext.project_files import ProjectFiles
 
 MAX_FILE_BYTES = 4 << 20
 MAX_BYTES = 16 << 20  # of all files together: a release is sent to hosts over their wlan
+ABSENT = "does not exist"
 _ANY_SUFFIX = ("",)
 
 
@@ -50,7 +51,7 @@ def _read(path: Path, files: ProjectFiles) -> bytes | str:
     try:
         return files.read(path)
     except FileNotFoundError:
-        return "does not exist"
+        return ABSENT
     except IsADirectoryError:
         return "is a folder; name each file in it"
     except OSError as error:

@@ -13,13 +13,18 @@ def keys(spec: options.Spec, overlays: options.Overlays = None) -> None:
     from swarmctl.deploy import secrets
     from swarmctl.deploy.sros2_keystore import KeystoreError, missing, secrets_of
     from swarmctl.render.build_bundle import bundles
-    from swarmctl.spec.keystore import FOLDER
+    from swarmctl.spec.beside_files import ABSENT
+    from swarmctl.spec.keystore import FOLDER, paths
 
-    swarm = console.read_spec(spec)
+    document = console.read_document(spec)
+    swarm = console.swarm_of(document)
     if not swarm.sros2:
         console.fail(
             "the spec does not use SROS 2", "write `ros: {sros2: true}` with a distribution of ROS 2"
         )
+    for path in paths(document.spec):
+        if (why := document.files.refused.get(path, ABSENT)) != ABSENT:
+            console.fail(f"{path} {why}", "what cannot be read is not replaced")
     enclaves = [one for bundle in bundles(swarm).values() for one in bundle.enclaves]
     folder, names = spec.first.parent, secrets_of(enclaves)
     try:
