@@ -51,7 +51,7 @@ def completing(spec: SpecFiles, where: Sequence[str]) -> Callable[[str], str]:
     """
 
     def command(found: re.Match[str]) -> str:
-        if found[1] == "trust":  # a lab has its own keys
+        if found[1] in ("keys", "trust"):  # of the whole swarm; a lab has its own keys of hosts
             return spec.command(found[1])
         if found[1] == "start":  # the robots follow
             fit = fitting(found[1], where)

@@ -68,9 +68,8 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
         # A host that a cable connects to the access point has no radio.
         if not facts["has"].get(name) and not (name == "iw" and not saving):
             yield f"it lacks {TOOLS[name].note}"
-    of_programs = {name for unit in bundle.units if unit.program for name in unit.secrets}
     for name, secret in observed.secrets.items():
-        if secret == "missing" and name not in of_programs:
+        if secret == "missing" and name not in bundle.secret_forms:  # a PIN
             yield (
                 f"the secret {name} is missing on the host and beside the spec; "
                 f"write it to `secrets/{name}` beside the spec (docs/secrets.md)"

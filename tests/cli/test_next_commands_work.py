@@ -43,6 +43,7 @@ AWAY = HostError(Kind.UNREACHABLE, "no answer")
 LOST = HostError(Kind.LOST, "the connection was lost")
 NEW_KEY = HostError(Kind.HOST_KEY, "has no pinned key", "`swarmctl trust SPEC` shows the keys of new hosts")
 UNFIT = HostError(Kind.UNFIT, "it lacks rospy", "`swarmctl prepare` installs it")
+UNSIGNED = HostError(Kind.UNFIT, "not signed as the spec has them", "`swarmctl keys` signs them")
 STEP = Step(StepKind.START, "swarm-newswarm.k3.service", "new")
 
 
@@ -208,6 +209,7 @@ def test_hosts_that_failed_can_be_tried_again(screen: Screen, monkeypatch: pytes
     [
         (NEW_KEY, "deploy -f swarm.yaml -f night.yaml", "trust swarm.yaml -f night.yaml"),
         (NEW_KEY, "deploy", "trust"),
+        (UNSIGNED, "deploy --lab-name b --limit k3-pi", "keys"),
         (UNFIT, "deploy --lab-name b", "prepare --lab-name b"),
         (UNFIT, 'deploy "lab\'s spec.yaml" --limit k3-pi', 'prepare "lab\'s spec.yaml" --limit k3-pi'),
     ],
