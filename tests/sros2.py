@@ -13,10 +13,11 @@ from tests import ROOT
 from tests.loading import load_swarm
 
 _SECOND_LINE = "  - {kind: serial, host: k3-pi, robot: second, usb: {serial: FTDI5}}\n"
-#: The robot `second`, which nobody commands, joins.
+#: The robot `second` joins.
 JOINS = {
     "  epuck: {": "  second: {type: khepera3, host: k3-pi}\n  epuck: {",
     "  - {kind: bluetooth": f"{_SECOND_LINE}  - {{kind: bluetooth",
+    "of: [koala, k3, epuck]": "of: [koala, k3, epuck, second]",
 }
 
 

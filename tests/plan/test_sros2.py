@@ -11,8 +11,8 @@ from swarmctl.cli import exit_codes, next_command
 from swarmctl.cli.app import run
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.plan import preflight
-from swarmctl.plan.observed_host import NOTHING, Observed
-from swarmctl.plan.plan import HostPlan
+from swarmctl.plan.observed_host import NOTHING, Observed, UnitState
+from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.bundle import Bundle
 from swarmctl.spec import keystore
@@ -84,6 +84,15 @@ def test_a_driver_without_its_key_makes_its_host_unfit(folder: Path) -> None:
     )
     assert [note.split(" is ")[0] for note in plan.notes if "secret" in note] == ["the secret epuck-pin"]
     assert on_fit_host(bundle, dict.fromkeys(bundle.secrets, "new")).problem is None
+
+
+@pytest.mark.parametrize(("key", "restarted"), [("sros2-robots-k3", "k3"), ("sros2-hosts-k3-pi", "enclaves")])
+def test_another_key_restarts_what_has_it(key: str, restarted: str, folder: Path) -> None:
+    bundle = bundles_in(folder)["k3-pi"]
+    units = {unit.name: UnitState("active", "running", 42) for unit in bundle.units}
+    observed = Observed(bundle.digest, bundle.manifest, units=units, secrets={key: "other"})
+    steps = [(step.kind, step.target) for step in reconcile(bundle, observed).steps]
+    assert steps == [(Kind.SECRET, key), (Kind.RESTART, f"swarm-newswarm.{restarted}.service")]
 
 
 def test_render_names_the_enclaves_that_are_not_signed(

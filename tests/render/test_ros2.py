@@ -121,8 +121,9 @@ def test_no_file_is_of_ros_1(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
-def test_systemd_finds_nothing_wrong_with_the_units(tmp_path: Path) -> None:
-    bundle, units = made(tmp_path, "central")["hub-pc"], tmp_path / "etc/systemd/system"
+@pytest.mark.parametrize("ros", ["", "distro: kilted, sros2: true"])
+def test_systemd_finds_nothing_wrong_with_the_units(ros: str, tmp_path: Path) -> None:
+    bundle, units = made(tmp_path, "central", ros)["hub-pc"], tmp_path / "etc/systemd/system"
     release = tmp_path / bundle.home[1:] / "current"
     for file in bundle.files:
         (release / file.path).parent.mkdir(parents=True, exist_ok=True)

@@ -38,7 +38,9 @@ def part(swarm: Swarm, host: Host) -> Part:
         forms[keystore.secret(one.name)] = "text"
     name = names.unit(swarm.name, names.ENCLAVES)
     unit, people = File(f"units/{name}", _unit(swarm, host), origin="ros.sros2"), list(of_people(swarm, host))
-    read = dict.fromkeys(path for one in people for path in needs(swarm, one))
+    read = dict.fromkeys(
+        path for one in people for path in (*needs(swarm, one), _path(one, keystore.PERMISSIONS))
+    )
     secrets = tuple(secret for one in people for secret in secrets_of(swarm, one))
     return Part(
         files=(*_files(swarm, found), unit),
@@ -61,9 +63,10 @@ def needs(swarm: Swarm, grant: Grant) -> tuple[str, ...]:
     """Returns the files whose change restarts what runs in an enclave.
 
     Its permissions are not among them: as to others' topics they change with each robot that joins, and the
-    next start reads them. What it may publish itself stands in the file of its unit.
+    next start reads them. What it may publish itself stands in its unit. Only the unit for people, with
+    whose restart nothing ends, restarts for permissions as well.
     """
-    certificate = f"{_FOLDER}/{grant.name}/{keystore.CERTIFICATE}"
+    certificate = _path(grant, keystore.CERTIFICATE)
     return (_IDENTITY, _GOVERNANCE, certificate, PUT_ENCLAVE) if swarm.sros2 else ()
 
 
@@ -78,6 +81,10 @@ def unit_values(swarm: Swarm, grant: Grant) -> dict[str, Any]:
     below = tuple(f"{space}/" for space in grant.spaces)
     claimed = [topic for topic in grant.publishes if not topic.startswith(below)]
     return {"enclave": grant.name, "key": key, "publishes": claimed} if swarm.sros2 else {}
+
+
+def _path(grant: Grant, file: str) -> str:
+    return f"{_FOLDER}/{grant.name}/{file}"
 
 
 def _enclave(swarm: Swarm, grant: Grant) -> Enclave:
@@ -99,7 +106,7 @@ def _files(swarm: Swarm, found: list[Grant]) -> Iterator[File]:
     for grant in found:
         for file in (keystore.CERTIFICATE, keystore.PERMISSIONS):
             content = kept.get(f"{keystore.folder(swarm.name, grant.name)}/{file}", b"")
-            yield File(f"{_FOLDER}/{grant.name}/{file}", content, origin=origin)
+            yield File(_path(grant, file), content, origin=origin)
 
 
 def _unit(swarm: Swarm, host: Host) -> bytes:
