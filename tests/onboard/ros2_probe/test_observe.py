@@ -93,3 +93,32 @@ def test_the_child_runs_as_who_owns_the_workspace_and_never_as_root(
         assert observe._account({"SWARM_WORKSPACE": str(tmp_path)}) == own
         os.chown(tmp_path, 1234, 1235)
         assert observe._account({"SWARM_WORKSPACE": str(tmp_path)})[1:3] == ["--reuid=1234", "--regid=1235"]
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root gives folders away")
+@pytest.mark.parametrize(
+    ("owner", "expected"), [(1234, 1234), (0, 4321), (None, 4321)], ids=["theirs", "of root", "none"]
+)
+def test_with_sros2_the_child_runs_as_who_has_the_keys_of_people(
+    owner: int | None, expected: int, tmp_path: Path
+) -> None:
+    """Without their folder it runs as ever, and says what ROS says of missing keys."""
+    keys, workspace = tmp_path / "swarm-new.enclaves", tmp_path / "ws"
+    for folder, account in ((keys, owner), (workspace, 4321)):
+        if account is not None:
+            folder.mkdir()
+            os.chown(folder, account, account)
+    variables = {"SWARM_WORKSPACE": str(workspace), "ROS_SECURITY_KEYSTORE": str(keys)}
+    assert observe._account(variables)[1:3] == [f"--reuid={expected}", f"--regid={expected}"]
+
+
+def test_the_child_looks_in_the_enclave_of_people(host: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever unit the agent itself runs in."""
+    monkeypatch.setenv("CREDENTIALS_DIRECTORY", "/nowhere")
+    monkeypatch.setenv("SWARM_ENCLAVE", "robots/k3")
+    with (host / "env/ros.env").open("a") as file:
+        file.write('ROS_SECURITY_KEYSTORE="/run/keys"\nROS_SECURITY_ENCLAVE_OVERRIDE="/hosts/pi"\n')
+    text = (host / "bin/ros-exec").read_text()
+    shows = 'cat >/dev/null\necho "{\\"seen\\": \\"$ROS_SECURITY_KEYSTORE$ROS_SECURITY_ENCLAVE_OVERRIDE\\"}"'
+    (host / "bin/ros-exec").write_text(text.replace('exec "$@"', shows))
+    assert seen(host)["seen"] == "/run/keys/hosts/pi"
