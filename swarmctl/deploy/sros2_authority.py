@@ -45,7 +45,10 @@ class Authority:
         if certificate is None:
             name = _name(f"{_NAME}-{token_hex(4)}")  # a node that trusts two of one name trusts one
             return cls(private, _certificate(name, private.public_key(), name, private, is_authority=True))
-        found = x509.load_pem_x509_certificate(certificate)
+        try:
+            found = x509.load_pem_x509_certificate(certificate)
+        except ValueError:
+            raise ValueError("the certificate is none as PEM") from None
         if public_bytes(found.public_key()) != public_bytes(private.public_key()):
             raise ValueError("the certificate is that of another key")
         return cls(private, found)

@@ -184,6 +184,11 @@ def test_a_key_that_cannot_sign_is_an_error(make: object, why: str, kept: Kept) 
         assert caught.value.fix == "remove `secrets/sros2-robots-k3`, for a new one"
 
 
+def test_a_damaged_certificate_of_the_authority_is_an_error(kept: Kept) -> None:
+    with pytest.raises(KeystoreError, match=r"cannot sign: the certificate is none as PEM$"):
+        missing([K3], {**kept.files, keystore.CA: kept.files[keystore.CA][:99]}, kept.secrets)
+
+
 def test_who_does_not_have_the_key_of_the_authority_signs_nothing(kept: Kept) -> None:
     with pytest.raises(KeystoreError) as caught:
         missing([K3], kept.files, without({keystore.CA_SECRET}, kept).secrets)
@@ -228,5 +233,5 @@ def test_openssl_finds_certificates_and_signatures_valid(tmp_path: Path) -> None
         f"{longest.folder}/{keystore.PERMISSIONS}": longest.permissions,
         keystore.GOVERNANCE: longest.governance,
     }.items():
-        told = openssl(folder, "smime", "-verify", "-text", "-in", path, "-CAfile", keystore.CA)
-        assert told.replace("\r\n", "\n").encode() == text
+        content = openssl(folder, "smime", "-verify", "-text", "-in", path, "-CAfile", keystore.CA)
+        assert content.replace("\r\n", "\n").encode() == text
