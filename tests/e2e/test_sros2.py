@@ -96,8 +96,8 @@ def test_no_key_lets_its_owner_publish_commands_of_other_robots(
     keys = f"export ROS_SECURITY_KEYSTORE=/run/swarm-newswarm.{unit} ROS_SECURITY_ENCLAVE_OVERRIDE=/{enclave}"
     publish = experiment.lab.ros.publish(f"/{robot}/cmd_vel", 0.1, 0.0, 10)
     command = f"{SOURCE}; {keys}; timeout 10 {publish} 2>&1 || true"
-    said = experiment.lab.shell("k3-pi", f"sudo bash -c {quoted(command)}")
-    assert f"rt/{robot}/cmd_vel topic denied by deny rule" in said
+    printed = experiment.lab.shell("k3-pi", f"sudo bash -c {quoted(command)}")
+    assert f"rt/{robot}/cmd_vel topic denied by deny rule" in printed
     experiment.stands(robot)
 
 
