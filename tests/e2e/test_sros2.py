@@ -20,6 +20,15 @@ GIVEN = (
 )
 SPEC = EXAMPLES / "ros2-2-leader/swarm.yaml"
 NO_KEYS = ". /opt/ros/jazzy/setup.sh; export ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET"
+NOTES = """  notes:
+    host: k3-pi
+    command: [python3, -c, "{code}"]
+    publishes: [{{topic: /notes, type: std_msgs/String}}]
+"""
+CODE = (
+    "import rclpy, std_msgs.msg; rclpy.init(); node = rclpy.create_node('notes'); "
+    "notes = node.create_publisher(std_msgs.msg.String, '/notes', 1); rclpy.spin(node)"
+)
 SEEN = """
 import rclpy, time
 rclpy.init()
@@ -30,10 +39,12 @@ print([name for name, _ in node.get_topic_names_and_types()])
 
 
 def secured(swarm: LabSwarm) -> None:
-    """Signs the lab's spec, of which the gamepad is a person's."""
+    """Signs the lab's spec, in which the gamepad is a person's, and a host runs a program of its own."""
     text = swarm.spec.read_text("utf-8")
     begin, end = text.index("  gamepad:"), text.index("  joystick:")
-    text = (text[:begin] + text[end:]).replace("{distro: jazzy}", "{distro: jazzy, sros2: true}")
+    text = (text[:begin] + NOTES.format(code=CODE) + text[end:]).replace(
+        "{distro: jazzy}", "{distro: jazzy, sros2: true}"
+    )
     swarm.spec.write_text(text.replace("name: newswarm", "name: newswarm\nsecurity: filtered"), "utf-8")
     keys = swarm.run("keys", str(swarm.spec))
     assert keys.status == exit_codes.OK, keys.err

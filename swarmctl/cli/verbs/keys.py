@@ -16,11 +16,11 @@ def keys(spec: options.Spec, overlays: options.Overlays = None) -> None:
     from swarmctl.spec.keystore import FOLDER
 
     swarm = console.read_spec(spec)
-    if not swarm.sros2:
+    enclaves = [one for bundle in bundles(swarm).values() for one in bundle.enclaves]
+    if not enclaves:
         console.fail(
             "the spec does not use SROS 2", "write `ros: {sros2: true}` with a distribution of ROS 2"
         )
-    enclaves = [one for bundle in bundles(swarm).values() for one in bundle.enclaves]
     folder, names = spec.first.parent, secrets_of(enclaves)
     try:
         own = secrets.found(names, folder, forms=dict.fromkeys(names, "text"))
