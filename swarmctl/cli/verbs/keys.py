@@ -18,14 +18,14 @@ def keys(spec: options.Spec, overlays: options.Overlays = None) -> None:
 
     document = console.read_document(spec)
     swarm = console.swarm_of(document)
-    if not swarm.sros2:
+    enclaves = [one for bundle in bundles(swarm).values() for one in bundle.enclaves]
+    if not enclaves:
         console.fail(
             "the spec does not use SROS 2", "write `ros: {sros2: true}` with a distribution of ROS 2"
         )
     for path in paths(document.spec):
         if (why := document.files.refused.get(path, ABSENT)) != ABSENT:
             console.fail(f"{path} {why}", "what cannot be read is not replaced")
-    enclaves = [one for bundle in bundles(swarm).values() for one in bundle.enclaves]
     folder, names = spec.first.parent, secrets_of(enclaves)
     try:
         own = secrets.found(names, folder, forms=dict.fromkeys(names, "text"))
