@@ -85,7 +85,6 @@ WRITERS: Mapping[str, set[str]] = {
     "rr/mapper/get_parametersReply": ENCLAVES,
     "ros_discovery_info": ENCLAVES,
 }
-CASES = [(one, name) for one in IMPLEMENTATIONS for name in sorted(ENCLAVES)]
 
 
 @pytest.fixture(scope="module")
@@ -133,41 +132,59 @@ def test_the_table_has_every_enclave(enclaves: Mapping[str, Path]) -> None:
     assert enclaves.keys() == ENCLAVES
 
 
-@pytest.mark.parametrize(("implementation", "name"), CASES)
+@pytest.fixture(params=IMPLEMENTATIONS)
+def start(request: pytest.FixtureRequest, namespace: str, tmp_path: Path) -> Any:
+    """Starts a participant of each implementation: the folder of its enclave, and its endpoints."""
+    return lambda *words: participant(request.param, namespace, tmp_path, *words)
+
+
+@pytest.mark.parametrize("name", sorted(ENCLAVES))
 def test_an_enclave_publishes_what_the_spec_lets_it_and_reads_all(
-    implementation: str, name: str, enclaves: Mapping[str, Path], namespace: str, tmp_path: Path
+    name: str, start: Any, enclaves: Mapping[str, Path]
 ) -> None:
     endpoints = [f"{kind} {topic}" for kind in ("pub", "sub") for topic in WRITERS]
-    with participant(implementation, namespace, tmp_path, enclaves[name], *endpoints) as started:
+    with start(enclaves[name], *endpoints) as started:
         created = started.created()
     allowed = {topic for topic, writers in WRITERS.items() if name in writers}
     assert {topic for (kind, topic), made in created.items() if kind == "pub" and made} == allowed
     assert {topic for (kind, topic), made in created.items() if kind == "sub" and made} == {*WRITERS}
 
 
-@pytest.mark.parametrize("implementation", IMPLEMENTATIONS)
+def with_files_of_another(folder: Path, enclaves: Mapping[str, Path], names: str) -> Path:
+    """The enclave of a driver, with some files of that of its gate."""
+    own = {one.name: one.read_bytes() for one in enclaves["robots/tb3"].iterdir()}
+    write(folder, {**own, **{name: (enclaves["gates/tb3"] / name).read_bytes() for name in names.split()}})
+    return folder
+
+
 @pytest.mark.parametrize("taken", ["cert.pem", "cert.pem key.pem", "permissions.p7s"])
 def test_an_enclave_is_refused_with_files_of_another(
-    taken: str, implementation: str, enclaves: Mapping[str, Path], namespace: str, tmp_path: Path
+    taken: str, start: Any, enclaves: Mapping[str, Path], tmp_path: Path
 ) -> None:
-    own = {one.name: one.read_bytes() for one in enclaves["robots/tb3"].iterdir()}
-    other = {name: (enclaves["gates/tb3"] / name).read_bytes() for name in taken.split()}
-    write(tmp_path / "mixed", {**own, **other})
-    with participant(implementation, namespace, tmp_path, tmp_path / "mixed") as started:
+    with start(with_files_of_another(tmp_path / "mixed", enclaves, taken)) as started:
         assert not started.accepted()
 
 
-@pytest.mark.parametrize("implementation", IMPLEMENTATIONS)
-def test_enclaves_exchange_samples(
-    implementation: str, enclaves: Mapping[str, Path], namespace: str, tmp_path: Path
+def test_samples_with_the_key_of_another_enclave_arrive_nowhere(
+    start: Any, enclaves: Mapping[str, Path], tmp_path: Path
 ) -> None:
-    def start(name: str, *endpoints: str) -> Any:
-        return participant(implementation, namespace, tmp_path, enclaves[name], *endpoints)
-
+    mixed = with_files_of_another(tmp_path / "mixed", enclaves, "key.pem")
     with (
-        start("robots/k3", "pub rt/k3/odom", "sub rt/k3/cmd_vel", "sub rt/chat") as driver,
-        start("programs/joystick", "pub rt/k3/cmd_vel"),
-        start("hosts/tb3-pi", "pub rt/chat", "sub rt/k3/odom", "sub rt/k3/cmd_vel") as person,
+        start(mixed, "pub rt/tb3/scan") as impostor,
+        start(enclaves["hosts/desk"], "sub rt/tb3/scan", "sub rt/chat") as person,
+    ):
+        assert not impostor.accepted() or all(impostor.created().values())  # Fast DDS refuses to start it
+        assert all(person.created().values())
+        with start(enclaves["hosts/k3-pi"], "pub rt/chat"):  # it came later, and is found
+            person.receives("rt/chat")
+        assert person.received() == {"rt/chat"}
+
+
+def test_enclaves_exchange_samples(start: Any, enclaves: Mapping[str, Path]) -> None:
+    with (
+        start(enclaves["robots/k3"], "pub rt/k3/odom", "sub rt/k3/cmd_vel", "sub rt/chat") as driver,
+        start(enclaves["programs/joystick"], "pub rt/k3/cmd_vel"),
+        start(enclaves["hosts/tb3-pi"], "pub rt/chat", "sub rt/k3/odom", "sub rt/k3/cmd_vel") as person,
     ):
         driver.receives("rt/k3/cmd_vel", "rt/chat")
         person.receives("rt/k3/odom", "rt/k3/cmd_vel")
