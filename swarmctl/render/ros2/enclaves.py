@@ -27,7 +27,7 @@ _SHARED = ("/tf", "/tf_static", "/rosout", "/parameter_events", DIAGNOSTICS)
 class Grant:
     """What may be published in an enclave. ``name`` is its path, such as ``robots/k3``; ``node`` runs in it.
 
-    That are the topics in ``publishes``, and all names in ``spaces``, whoever else owns them.
+    That are the topics in ``publishes``, and in ``spaces`` all names that no other has declared.
     """
 
     name: str

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#define MOST 64
+#define MOST 128
 
 typedef struct {
   uint32_t number;

@@ -3,53 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
 
 import pytest
-from cryptography import x509
-from cryptography.hazmat.primitives.asymmetric.ec import (
-    SECP256R1,
-    EllipticCurvePrivateKey,
-    generate_private_key,
-)
-from cryptography.hazmat.primitives.hashes import SHA256
-from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
-from cryptography.hazmat.primitives.serialization.pkcs7 import PKCS7Options, PKCS7SignatureBuilder
 
+from swarmctl.deploy.sros2_keystore import missing
+from swarmctl.render.bundle import Enclave
+from swarmctl.render.ros2.enclaves import governance
+from swarmctl.spec import keystore as layout
 from tests.render.dds_security.build import IMPLEMENTATIONS
 from tests.render.dds_security.participant import DOMAIN, NEEDED, UNSECURED, network, participant
 
 pytestmark = NEEDED
-NOW = datetime.now(timezone.utc)
-BEGIN, END = NOW - timedelta(days=1), NOW + timedelta(days=365)  # Fast DDS takes them for local time
 ODOMETRY, COMMAND = "rt/k3/odom", "rt/k3/cmd_vel"
-Signer = tuple[x509.Certificate, EllipticCurvePrivateKey]
-
-GOVERNANCE = f"""<?xml version="1.0" encoding="utf-8"?>
-<dds><domain_access_rules><domain_rule>
-  <domains><id>{DOMAIN}</id></domains>
-  <allow_unauthenticated_participants>false</allow_unauthenticated_participants>
-  <enable_join_access_control>true</enable_join_access_control>
-  <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
-  <liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
-  <rtps_protection_kind>SIGN</rtps_protection_kind>
-  <topic_access_rules><topic_rule>
-    <topic_expression>*</topic_expression>
-    <enable_discovery_protection>true</enable_discovery_protection>
-    <enable_liveliness_protection>true</enable_liveliness_protection>
-    <enable_read_access_control>true</enable_read_access_control>
-    <enable_write_access_control>true</enable_write_access_control>
-    <metadata_protection_kind>ENCRYPT</metadata_protection_kind>
-    <data_protection_kind>ENCRYPT</data_protection_kind>
-  </topic_rule></topic_access_rules>
-</domain_rule></domain_access_rules></dds>
-"""
 PERMISSIONS = f"""<?xml version="1.0" encoding="utf-8"?>
-<dds><permissions><grant name="%(enclave)s">
-  <subject_name>CN=%(enclave)s</subject_name>
-  <validity><not_before>{BEGIN:%Y-%m-%dT%H:%M:%S}</not_before><not_after>{END:%Y-%m-%dT%H:%M:%S}</not_after></validity>
+<dds><permissions><grant name="%(name)s">
+  <subject_name>CN=/%(name)s</subject_name>
+  <validity><not_before>2000-01-01T00:00:00</not_before><not_after>2099-12-31T00:00:00</not_after></validity>
   <allow_rule>
     <domains><id>{DOMAIN}</id></domains>
     <publish><topics><topic>%(publishes)s</topic></topics></publish>
@@ -60,43 +31,32 @@ PERMISSIONS = f"""<?xml version="1.0" encoding="utf-8"?>
 """
 
 
-def certificate(name: str, authority: Signer | None = None) -> Signer:
-    key = generate_private_key(SECP256R1())
-    subject = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, name)])
-    made = (
-        x509.CertificateBuilder(authority[0].subject if authority else subject, subject, key.public_key())
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(BEGIN)
-        .not_valid_after(END)
-        .add_extension(x509.BasicConstraints(ca=authority is None, path_length=None), critical=True)
-    )
-    return made.sign(authority[1] if authority else key, SHA256()), key
-
-
-def signed(text: str, authority: Signer) -> bytes:
-    builder = PKCS7SignatureBuilder().set_data(text.encode()).add_signer(*authority, SHA256())
-    return builder.sign(Encoding.SMIME, [PKCS7Options.Text, PKCS7Options.DetachedSignature])
-
-
 class Keystore:
     """The enclaves of a robot, which publishes its odometry, and of its leader, which commands it."""
 
     def __init__(self, folder: Path) -> None:
-        self.authority = certificate("swarm")
-        self.robot = self.enclave(folder / "robot", "/lab/k3", ODOMETRY, COMMAND)
-        self.leader = self.enclave(folder / "leader", "/lab/leader", COMMAND, ODOMETRY)
+        robot, leader = enclave("k3", ODOMETRY, COMMAND), enclave("leader", COMMAND, ODOMETRY)
+        made = missing([robot, leader], {}, {})
 
-    def enclave(self, folder: Path, name: str, publishes: str, subscribes: str) -> Path:
-        folder.mkdir()
-        own, key = certificate(name, self.authority)
-        permissions = PERMISSIONS % {"enclave": name, "publishes": publishes, "subscribes": subscribes}
-        (folder / "cert.pem").write_bytes(own.public_bytes(Encoding.PEM))
-        (folder / "key.pem").write_bytes(key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()))
-        for of in ("identity_ca", "permissions_ca"):
-            (folder / f"{of}.cert.pem").write_bytes(self.authority[0].public_bytes(Encoding.PEM))
-        (folder / "governance.p7s").write_bytes(signed(GOVERNANCE, self.authority))
-        (folder / "permissions.p7s").write_bytes(signed(permissions, self.authority))
-        return folder
+        def put(one: Enclave) -> Path:
+            own = folder / one.name
+            own.mkdir()
+            for name in (layout.CERTIFICATE, layout.PERMISSIONS):
+                (own / name).write_bytes(made.files[f"{one.folder}/{name}"])
+            for of in ("identity_ca", "permissions_ca"):
+                (own / f"{of}.cert.pem").write_bytes(made.files[layout.CA])
+            (own / "governance.p7s").write_bytes(made.files[layout.GOVERNANCE])
+            (own / "key.pem").write_text(made.secrets[one.key])
+            return own
+
+        self.robot, self.leader = put(robot), put(leader)
+
+
+def enclave(name: str, publishes: str, subscribes: str) -> Enclave:
+    """The enclave with permissions of its own, which a swarm's would not give."""
+    permissions = PERMISSIONS % {"name": name, "publishes": publishes, "subscribes": subscribes}
+    folder, key = layout.folder("lab", name), layout.secret(name)
+    return Enclave(name, f"/{name}", folder, key, governance(), permissions.encode(), complete=False)
 
 
 @pytest.fixture(scope="module")
@@ -129,12 +89,12 @@ def test_an_enclave_creates_what_its_permissions_allow(start: Any, keystore: Key
 def test_a_file_changed_after_its_signature_is_refused(name: str, start: Any, keystore: Keystore) -> None:
     file = keystore.robot / name
     before, after = {
-        "permissions.p7s": (ODOMETRY, "rt/k4/odom"),
-        "governance.p7s": ("<data_protection_kind>ENCRYPT", "<data_protection_kind>NONE"),
+        "permissions.p7s": (ODOMETRY.encode(), b"rt/k4/odom"),
+        "governance.p7s": (b"<data_protection_kind>ENCRYPT", b"<data_protection_kind>NONE"),
     }[name]
-    changed = file.read_text().replace(before, after)
-    assert changed != file.read_text()
-    file.write_text(changed)
+    changed = file.read_bytes().replace(before, after)
+    assert changed != file.read_bytes()
+    file.write_bytes(changed)
     with start(keystore.robot) as robot:
         assert not robot.accepted()
 
