@@ -107,6 +107,7 @@ MULTIMASTERS = Registry(
     {
         "fkie": "swarmctl.render.ros1.multimaster.fkie:FKIE",
         "static": "swarmctl.render.ros1.multimaster.static:STATIC",
+        "relay": "swarmctl.render.ros2.relay:RELAY",
     },
 )
 

@@ -13,6 +13,9 @@ from swarmctl.yamltext.edits import append_item, make_fix, remove, rename_key, r
 
 Loc = tuple[str | int, ...]
 
+#: How nodes find each other where a node of another host can find them too.
+_RELAYED: frozenset[str] = frozenset({"peers", "multicast"})
+
 _STANDALONE = ("if each host runs its own master, write `mode: standalone`",)
 
 
@@ -248,16 +251,26 @@ def island_membership(context: RuleContext) -> Iterator[Diagnostic]:
 def unjoined_islands(context: RuleContext) -> Iterator[Diagnostic]:
     """Several islands, and nothing that carries topics from one to another."""
     spec, islands = context.spec, context.islands
-    if len(islands) > 1 and not context.joins_islands:
-        yield Diagnostic(
-            "MODE017",
-            f"the {len(islands)} islands of mode `{spec.mode.value}` share no topics: "
-            f"swarmctl does not yet bridge islands of `{spec.ros.distro}`",
-            context.span("mode"),
-            label="several islands",
-            notes=(Note(context.span("ros", "distro"), "the distribution"),),
-            help=("write `mode: central` with a `hub`, or `mode: leader`: one island with all hosts",),
-        )
+    if len(islands) < 2:
+        return
+    methods = {island.discovery.method for island in islands}
+    if not context.joins_islands:
+        why = f"swarmctl does not bridge islands of `{spec.ros.distro}`"
+    elif not context.has_masters and not methods <= _RELAYED:
+        why = f"a relay finds no nodes by discovery `{methods.difference(_RELAYED).pop()}`"
+    else:
+        return
+    yield Diagnostic(
+        "MODE017",
+        f"the {len(islands)} islands of mode `{spec.mode.value}` share no topics: {why}",
+        context.span("mode"),
+        label="several islands",
+        notes=(Note(context.span("ros"), "as `ros` has it"),),
+        help=(
+            "write `discovery: peers`, without `servers`",
+            "or `mode: central` with a `hub`, or `mode: leader`: one island with all hosts",
+        ),
+    )
 
 
 def _working(context: RuleContext) -> set[str]:

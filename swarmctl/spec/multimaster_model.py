@@ -33,8 +33,8 @@ class Multimaster(Model):
 
     provider: Annotated[str, NameIn(MULTIMASTERS)] | None = Field(
         None,
-        description="`fkie`, the default of ROS 1, discovers by multicast; `static` knows its peers from "
-        "this file.",
+        description="Of ROS 1: `fkie`, the default, discovers by multicast; `static` knows its peers from "
+        "this file. Of ROS 2: `relay`, the default.",
     )
     packages: Literal["fkie_multimaster", "multimaster_fkie", "fkie_mas"] = Field(
         "fkie_multimaster",

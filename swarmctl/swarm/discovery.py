@@ -25,7 +25,7 @@ class Discovery:
 
 
 def discovery_of(ros: Ros, mode: Mode, hub: str, hosts: Sequence[str], domain: int) -> Discovery:
-    """Returns how the nodes on ``hosts`` find each other, in an island that works in ``mode``."""
+    """Returns how the nodes on ``hosts`` find each other, in an island of a swarm that works in ``mode``."""
     rmw = ros.rmw or "fastrtps"
     method = ros.method
     if mode is Mode.SINGLE_MINDED and "local" in METHODS[rmw] and not ros.servers and not ros.discovery:

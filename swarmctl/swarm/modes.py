@@ -120,7 +120,7 @@ def _members(mode: Mode, hub: str, hosts: tuple[str, ...]) -> tuple[str, ...]:
 def _island(spec: Spec, declared: _Declared, domain: int) -> Island:
     hub, members = declared.hub, _members(declared.mode, declared.hub, declared.hosts)
     port = spec.hosts[hub].master_port if hub in spec.hosts else None
-    discovery = discovery_of(spec.ros, declared.mode, hub, members, domain)
+    discovery = discovery_of(spec.ros, spec.mode, hub, members, domain)
     return Island(
         declared.name,
         hub,

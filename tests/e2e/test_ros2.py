@@ -10,7 +10,7 @@ import time
 import pytest
 
 from tests.e2e.conducted import Conducted
-from tests.e2e.experiment import EXAMPLES, Experiment
+from tests.e2e.experiment import EXAMPLES, STILL, Experiment
 from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, moves, until
 from tests.timing import Promise
 
@@ -118,3 +118,44 @@ class TestCentral(Conducted):
                 experiment.refuses("koala", LEADER)
         finally:
             experiment.lab.shell(away, f"sudo systemctl start {unit}")
+
+
+class TestStandalone(Conducted):
+    """Every robot is a domain of its own, and all follow one gamepad."""
+
+    EXAMPLE = "ros2-4-standalone"
+    FOLLOWERS = ("koala", "k3", "epuck")
+
+    def test_a_command_of_another_domain_does_not_arrive(self, experiment: Experiment) -> None:
+        with experiment.lab.publishing("k3-pi", "epuck", 0.05):
+            experiment.receives_nothing("epuck", published_on="k3-pi", home="epuck-pi")
+
+    def test_a_command_that_is_not_the_joysticks_crosses_and_moves_nothing(
+        self, experiment: Experiment
+    ) -> None:
+        with experiment.lab.publishing(LEADER, "epuck", 0.05):
+            experiment.refuses("epuck", "epuck-pi")
+
+    def test_a_relay_that_is_killed_stops_the_robot_until_it_is_back(
+        self, experiment: Experiment, promise: Promise
+    ) -> None:
+        with experiment.gamepad() as pad:
+            experiment.drives(pad, *self.FOLLOWERS)
+            began = time.monotonic()
+            experiment.lab.shell("k3-pi", "sudo systemctl kill -s KILL swarm-newswarm.multimaster")
+            until(lambda: not moves(experiment.lab.robot("k3")), "k3 drives on")
+            promise("relay killed, until its robot stands", time.monotonic() - began, STILL)
+            until(lambda: moves(experiment.lab.robot("k3")), "k3 is not driven again")
+            pad.let_go()
+            experiment.seconds_to_rest()
+
+
+class TestCombined(Conducted):
+    """Groups of simple robots around leaders, and a robot that stands alone."""
+
+    EXAMPLE = "ros2-5-combined"
+    FOLLOWERS = ("koala", "epuck-1", "epuck-2", "khepera-2")
+
+    def test_a_simple_robot_is_deaf_to_another_island(self, experiment: Experiment) -> None:
+        with experiment.lab.publishing("epuck-pi", "khepera_2", 0.05):
+            experiment.receives_nothing("khepera-2", published_on="lone-epuck", home="khepera-group")

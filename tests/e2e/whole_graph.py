@@ -101,6 +101,9 @@ def expected(spec: Swarm, absent: Collection[str] = ()) -> dict[str, set[End]]:
                 one for one in own[bridge.origin] if (one.topic, one.way) == (bridge.topic, "publishes")
             }
             found[to] |= crossing
+            if is_ros2(spec):  # its node is not the same one, but has the same name
+                found[to].update(end for one in crossing for end in publishes(one.node, "/parameter_events"))
+                found[bridge.origin].update(publishes(names.multimaster_node(to), "/parameter_events"))
             found[bridge.origin].update(subscribes(names.multimaster_node(to), bridge.topic))
     return found
 
@@ -122,7 +125,8 @@ def _of_island(spec: Swarm, island: Island, absent: Collection[str]) -> Iterator
                 yield from _of_program(spec, program)
                 yield from of_ros_itself(spec, program.node)
     if any(island.name in bridge.to for bridge in spec.bridges):
-        yield from publishes(names.multimaster_node(island.name), "/diagnostics")
+        own = ("/diagnostics", *(["/parameter_events"] if is_ros2(spec) else []))
+        yield from publishes(names.multimaster_node(island.name), *own)
 
 
 def _full(robot: Robot, topic: str) -> str:

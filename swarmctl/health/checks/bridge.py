@@ -117,6 +117,8 @@ def _bridged(
     if origin is None or target is None:
         missing = bridge.hub if target is None else bridge.origin_hub
         return unknown(f"the graph of {missing} was not checked")
+    if not any(chain(*(one.publishers.get(bridge.topic, {}).values() for one in (origin, target)))):
+        return _relayed(bridge, origin, target)
     here = _of_island(bridge.origin, origin.publishers.get(bridge.topic, {}), homes)
     there = _of_island(bridge.origin, target.publishers.get(bridge.topic, {}), homes)
     if absent := [node for node in here if node not in there]:
@@ -139,6 +141,23 @@ def _bridged(
         text = f"no publisher on {bridge.origin} at the moment"
         return bad(text) if bridge.robots else Verdict(State.SKIPPED, text)
     return ok(f"{_some(list(here))} received")
+
+
+def _relayed(bridge: ExpectedBridge, origin: GraphSeen, target: GraphSeen) -> Verdict:
+    """Checks the same where a graph does not say on which host a node runs.
+
+    Whoever brings the topic has the names of those that publish it on the other island.
+    """
+    here, there = (list(one.publishers.get(bridge.topic, {})) for one in (origin, target))
+    if absent := [node for node in here if node not in there]:
+        return bad(f"{bridge.hub} does not receive {_some(absent)}")
+    kind = target.types.get(bridge.topic, "*")
+    if kind not in (bridge.type, "*"):
+        return bad(f"has type {kind} instead of {bridge.type} at {bridge.hub}")
+    if not here:
+        text = f"no publisher on {bridge.origin} at the moment"
+        return bad(text) if bridge.robots else Verdict(State.SKIPPED, text)
+    return ok(f"{_some(here)} received")
 
 
 def _leaks(

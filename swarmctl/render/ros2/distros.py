@@ -52,7 +52,7 @@ class Ros2:
     # Without the daemon, which has the settings of whoever has started it.
     topic_tool = TopicTool(("ros2", "topic"), "ros2topic", ("--no-daemon", "--spin-time", "3"))
     bag_recorder = None
-    multimaster = ""
+    multimaster = "relay"
     shared_files = frozenset({ros2_release.ENVIRONMENT})  # the domain, and where the servers are
     topics = TOPICS
     master_mb = 0

@@ -1,0 +1,125 @@
+"""Provider `relay`: a node in the domains of several islands, which brings their topics to its own. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from swarmctl.render import shipped_files
+from swarmctl.render.bundle import File, Part, Unit, package
+from swarmctl.render.middleware import Capability
+from swarmctl.render.multimaster import JoinNodes, MultimasterProvider
+from swarmctl.render.quoting import render
+from swarmctl.render.ros2 import discovery_files, graph_environment, ros2_release
+from swarmctl.render.yaml_params import params_file
+from swarmctl.spec.model import Spec
+from swarmctl.swarm import names
+from swarmctl.swarm.ports import Listener, PortRange
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+PARAMS, _ENVIRONMENT = "params/relay.yaml", "env/relay.env"
+_OWN, _OF_RELAY = "env/", "env/relay."  # files that DDS reads
+
+
+class Relay:
+    """The provider: one node on each hub that receives topics."""
+
+    needs: Capability = "domains"
+    settings: frozenset[str] = frozenset()
+    discovery = None
+    memory_mb = 90
+    offsets: tuple[int, ...] = ()
+    only_receivers = True
+
+    def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
+        """Nothing: the node takes ports of domains, as all nodes do."""
+        return ()
+
+    def ports(self, swarm: Swarm, island: Island) -> tuple[PortRange, ...]:
+        """Returns nothing: its node is one of those of ROS."""
+        return ()
+
+    def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
+        """Yields the node, its parameters, the settings of DDS, and its unit."""
+        params = File(PARAMS, params_file(_parameters(swarm, island)), origin="multimaster")
+        files = (params, *_settings(swarm, host, island), *shipped_files.folder("relay", ros2_release.FACE))
+        kinds = {one["type"] for peer in _peers(swarm, island) for one in peer["receives"]}
+        packages = sorted({kind.partition("/")[0] for kind in kinds} | {"rclpy", "diagnostic_msgs"})
+        yield Part(files, requires={package(name): ("multimaster",) for name in packages})
+        yield _unit(swarm, host, island, files)
+
+    def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
+        """Returns the node, which reports the state of its bridges."""
+        node = names.multimaster_node(island.name)
+        return JoinNodes((node,), reporter=node)
+
+
+RELAY: MultimasterProvider = Relay()
+
+
+def _joined(swarm: Swarm, island: Island) -> Island:
+    """The island with the hosts of all from which topics come: there the node looks for others."""
+    islands = {one.name: one for one in swarm.islands}
+    others = (host for peer in swarm.received[island.name] for host in islands[peer].hosts)
+    return replace(island, hosts=tuple(dict.fromkeys((*island.hosts, *others))))
+
+
+def _settings(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
+    """The environment of the node, and the files that it names."""
+    joined = _joined(swarm, island)
+    variables = {
+        name: value.replace(f"/{_OWN}", f"/{_OF_RELAY}")
+        for name, value in graph_environment.of_nodes(swarm, host, joined).items()
+    }
+    for file in discovery_files.files(swarm, host, joined):
+        yield replace(file, path=file.path.replace(_OWN, _OF_RELAY, 1))
+    text = render(
+        "ros2/ros.env",
+        swarm=swarm.name,
+        distro=swarm.distro,
+        variables=list(variables.items()),
+        address=graph_environment.own_address(host, joined),
+        workspaces=host.workspaces,
+    )
+    yield File(_ENVIRONMENT, text, origin="multimaster")
+
+
+def _unit(swarm: Swarm, host: Host, island: Island, files: tuple[File, ...]) -> Part:
+    name = names.unit(swarm.name, names.MULTIMASTER)
+    text = render(
+        "ros2/relay.service",
+        **ros2_release.unit_values(swarm, host, _joined(swarm, island)),
+        runtime=names.runtime_folder(swarm.name, names.MULTIMASTER),
+        environment=_ENVIRONMENT,
+        params=PARAMS,
+    )
+    file = File(f"units/{name}", text, origin="multimaster")
+    read = (*ros2_release.running(swarm, host, island), *(one.path for one in files))
+    return Part((file,), (Unit(name, (file.path, *read)),))
+
+
+def _parameters(swarm: Swarm, island: Island) -> dict[str, Any]:
+    """What the node reads: its peers, and the topics that come from each."""
+    return {
+        "island": island.name,
+        "node": names.multimaster_node(island.name),
+        "domain": island.discovery.domain,
+        "peers": _peers(swarm, island),
+    }
+
+
+def _peers(swarm: Swarm, island: Island) -> list[dict[str, Any]]:
+    islands = {one.name: one for one in swarm.islands}
+    commands = {one.topic for one in swarm.command_topics.values()}
+    return [
+        {
+            "island": peer,
+            "domain": islands[peer].discovery.domain,
+            "receives": [
+                {"topic": topic, "type": kind, "command": topic in commands}
+                for topic, kind in incoming.items()
+            ],
+        }
+        for peer, incoming in swarm.received[island.name].items()
+    ]

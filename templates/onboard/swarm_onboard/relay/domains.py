@@ -1,0 +1,190 @@
+"""The relay in its domains: a subscription for each topic that comes here, a publisher for each sender.
+
+A topic is published here by nodes that have the names of those on the other island, so that whoever decides
+by the sender's name, as a robot's driver does, decides here as there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from importlib import import_module
+from typing import Any, Callable
+
+import rclpy
+from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from swarm_onboard.relay import publishers as known
+from swarm_onboard.relay.config import Config, Crossing, Peer
+from swarm_onboard.ros2.late import Late
+from swarm_onboard.ros2.senders import full_name, subscribe_with_sender
+
+DIAGNOSTICS = "/diagnostics"
+EXPIRES = 0.5  # s after which a network drops a command: a robot's dead-man would have stopped it
+LOOK_EVERY = 0.2  # s between two looks at the publishers of a domain
+_DEPTH = 10
+_NAMELESS = "_NODE_NAME_UNKNOWN_"
+
+
+def context_of(domain: int) -> Any:
+    """Returns a new context in a domain."""
+    made = rclpy.Context()
+    rclpy.init(context=made, domain_id=domain)
+    return made
+
+
+def node_in(context: Any, full: str) -> Any:
+    """Returns a new node that publishes and subscribes to nothing of its own."""
+    space, _, name = full.rpartition("/")
+    return rclpy.create_node(
+        name, namespace=space or "/", context=context, start_parameter_services=False, enable_rosout=False
+    )
+
+
+def message_class(kind: str) -> Any:
+    """Returns the class of a message type such as ``geometry_msgs/Twist``; None if this host lacks it."""
+    package, _, name = kind.partition("/")
+    try:
+        return getattr(import_module(f"{package}.msg"), name)
+    except (ImportError, AttributeError):
+        return None
+
+
+class Home:
+    """The domain of the own island: nodes with the names of senders elsewhere, while they publish."""
+
+    def __init__(self, config: Config) -> None:
+        self.context = context_of(config.domain)
+        self.node = node_in(self.context, config.node)
+        self._lock = threading.Lock()
+        self._nodes: dict[str, tuple[Any, int]] = {}  # with the number of their publishers
+
+    def publisher(self, sender: str, message: Any, topic: str, profile: QoSProfile) -> Any:
+        """Returns a new publisher of the node with this full name."""
+        with self._lock:
+            node, count = self._nodes.get(sender) or (node_in(self.context, sender), 0)
+            self._nodes[sender] = node, count + 1
+        return node.create_publisher(message, topic, profile)
+
+    def remove(self, sender: str, publisher: Any) -> None:
+        """Removes a publisher, and its node if it has no other one."""
+        with self._lock:
+            node, count = self._nodes.pop(sender)
+            node.destroy_publisher(publisher)
+            if count > 1:
+                self._nodes[sender] = node, count - 1
+            else:
+                node.destroy_node()
+
+
+class Topic:
+    """A topic of another island, and its publishers here."""
+
+    def __init__(self, crossing: Crossing, message: Any, source: Any, home: Home) -> None:
+        self.name, self._message = crossing.topic, message
+        self._command, self._source, self._home = crossing.command, source, home
+        self._late, self._unnamed = Late(EXPIRES), known.Unnamed()
+        self._names: dict[bytes, str] = {}
+        self._here: dict[str, Any] = {}  # publishers by sender
+        self._quality = known.Quality(False, False)
+        self._end: Callable[[], None] = lambda: None
+
+    @property
+    def senders(self) -> list[str]:
+        """The nodes of the other island that publish it."""
+        return sorted(self._here)
+
+    def look(self, brought: Any) -> None:
+        """Follows the publishers of the other island. ``brought``: the participants of relays there."""
+        found = known.of_island(self._publishers(), brought)
+        self._names = {one.gid: one.node for one in found if one.node}
+        wanted = set(self._names.values())
+        if found and (not self._here or known.quality(found) != self._quality):
+            self._subscribe(known.quality(found))
+        for sender in wanted.difference(self._here):
+            self._here[sender] = self._home.publisher(sender, self._message, self.name, self._profile())
+        for sender in set(self._here).difference(wanted):
+            self._home.remove(sender, self._here.pop(sender))
+        for gid, sender in self._names.items():
+            for message in self._unnamed.taken(gid):
+                self._here[sender].publish(message)
+        self._unnamed.forget_others(one.gid for one in found)
+
+    def _publishers(self) -> list[known.Publisher]:
+        return [
+            known.Publisher(
+                bytes(one.endpoint_gid)[: known.GID_BYTES],
+                "" if one.node_name == _NAMELESS else full_name(one.node_namespace, one.node_name),
+                one.qos_profile.reliability == ReliabilityPolicy.RELIABLE,
+                one.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+            )
+            for one in self._source.get_publishers_info_by_topic(self.name)
+        ]
+
+    def _subscribe(self, quality: known.Quality) -> None:
+        self._end()
+        for sender in list(self._here):  # their quality changes, too
+            self._home.remove(sender, self._here.pop(sender))
+        self._quality = quality
+        self._end = subscribe_with_sender(
+            self._source, self._message, self.name, self._received, self._profile(), raw=True
+        )
+
+    def _profile(self) -> QoSProfile:
+        profile = QoSProfile(depth=1 if self._command else _DEPTH)
+        profile.reliability = (
+            ReliabilityPolicy.RELIABLE if self._quality.reliable else ReliabilityPolicy.BEST_EFFORT
+        )
+        if self._quality.latched:
+            profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        if self._command:
+            profile.lifespan = Duration(seconds=EXPIRES)
+        return profile
+
+    def _received(self, message: bytes, gid: bytes, sent: int, arrived: int) -> None:
+        """Times in ns, each by the clock of its host."""
+        if self._command and self._late.is_late(gid, sent * 1e-9, arrived * 1e-9):
+            return
+        publisher = self._here.get(self._names.get(gid, ""))
+        if publisher is not None:
+            publisher.publish(message)
+        elif not self._command:
+            self._unnamed.keep(gid, message)
+
+
+class Away:
+    """The domain of another island, and the topics that come from it. It runs in a thread of its own."""
+
+    def __init__(self, config: Config, peer: Peer, home: Home) -> None:
+        self.island = peer.island
+        self._context = context_of(peer.domain)
+        self._node = node_in(self._context, config.node)
+        found = {one: message_class(one.type) for one in peer.receives}
+        self._topics = [Topic(one, kind, self._node, home) for one, kind in found.items() if kind is not None]
+        self.missing = {one.topic: one.type for one, kind in found.items() if kind is None}
+        self.nodes = 0  # of the other island, as the graph names them
+        self.looked = time.monotonic()
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._node.create_timer(LOOK_EVERY, self._look)
+        threading.Thread(target=self._spin, name=peer.island, daemon=True).start()
+
+    def senders(self) -> dict[str, list[str]]:
+        """The nodes that publish each topic."""
+        return {one.name: one.senders for one in self._topics}
+
+    def _look(self) -> None:
+        infos = self._node.get_publishers_info_by_topic(DIAGNOSTICS)
+        brought = known.relays((bytes(one.endpoint_gid), one.node_name) for one in infos)
+        for topic in self._topics:
+            topic.look(brought)
+        names = (name for name, _ in self._node.get_node_names_and_namespaces())
+        self.nodes = sum(not name.startswith(known.RELAY) for name in names)
+        self.looked = time.monotonic()
+
+    def _spin(self) -> None:
+        with contextlib.suppress(ExternalShutdownException):
+            self._executor.spin()

@@ -1,0 +1,66 @@
+"""Which publishers of a topic are brought to another island, and with which quality. Knows no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Iterable
+
+GID_BYTES = 16  # that are significant; Humble pads to 24
+_PREFIX = 12  # bytes of a GID that all endpoints of a participant share (DDSI-RTPS 2.5, 9.3.1)
+_MOST_UNNAMED = 8
+RELAY = "multimaster_"  # begins the node name of each relay
+
+
+@dataclass(frozen=True)
+class Publisher:
+    """A publisher in the graph: its GID, the full name of its node, and what it offers."""
+
+    gid: bytes
+    node: str
+    reliable: bool
+    latched: bool
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What a subscription requests: as much as all publishers offer."""
+
+    reliable: bool
+    latched: bool
+
+
+def relays(publishers: Iterable[tuple[bytes, str]]) -> frozenset[bytes]:
+    """Returns the participants of relays, given GID and node name of all publishers of diagnostics."""
+    return frozenset(gid[:_PREFIX] for gid, name in publishers if name.startswith(RELAY))
+
+
+def of_island(publishers: Iterable[Publisher], brought: frozenset[bytes]) -> list[Publisher]:
+    """Returns the publishers that run on the island itself: what a relay has brought goes no further."""
+    return [one for one in publishers if one.gid[:_PREFIX] not in brought]
+
+
+def quality(publishers: Iterable[Publisher]) -> Quality:
+    """Returns what a subscription can request of all ``publishers``."""
+    found = list(publishers)
+    return Quality(all(one.reliable for one in found), all(one.latched for one in found))
+
+
+class Unnamed:
+    """The last message of each publisher whose node the graph does not name yet."""
+
+    def __init__(self) -> None:
+        self._kept: dict[bytes, bytes] = {}
+
+    def keep(self, gid: bytes, message: bytes) -> None:
+        """Keeps a message, if there is room for its publisher."""
+        if gid in self._kept or len(self._kept) < _MOST_UNNAMED:
+            self._kept[gid] = message
+
+    def taken(self, gid: bytes) -> list[bytes]:
+        """Returns what was kept of a publisher, and forgets it."""
+        return [self._kept.pop(gid)] if gid in self._kept else []
+
+    def forget_others(self, gids: Iterable[bytes]) -> None:
+        """Forgets the publishers that are not among ``gids``."""
+        known = set(gids)
+        self._kept = {gid: one for gid, one in self._kept.items() if gid in known}
