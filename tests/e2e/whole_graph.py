@@ -121,7 +121,7 @@ def _of_island(spec: Swarm, island: Island, absent: Collection[str]) -> Iterator
             yield from subscribes(robot.driver_node, *(f"{robot.namespace}/{one}" for one in received))
             yield from of_ros_itself(spec, robot.driver_node)
         for program in spec.programs_on(host):
-            if program.name not in absent:
+            if program.name not in absent and not program.is_interactive:
                 yield from _of_program(spec, program)
                 yield from of_ros_itself(spec, program.node)
     if any(island.name in bridge.to for bridge in spec.bridges):

@@ -52,8 +52,9 @@ def compare(found: Findings, context: CheckContext) -> None:
         joined = (_joined(hubs[name]) for name in (bridge.hub, bridge.origin_hub) if name in answers)
         causes = [*_causes(bridge, context), *chain.from_iterable(joined)]
         seen = {name: answers[name].graph for name in (bridge.origin_hub, bridge.hub) if name in answers}
-        verdict = _bridged(bridge, seen.get(bridge.origin_hub), seen.get(bridge.hub), graph.homes)
         origin, target = hubs[bridge.origin_hub], hubs[bridge.hub]
+        compared = _bridged if target.master_uri else _relayed
+        verdict = compared(bridge, seen.get(bridge.origin_hub), seen.get(bridge.hub), graph.homes)
         owner = origin if origin.optional else target
         found.add(CHECK, bridge.subject, verdict, host=owner, after=causes)
     for hub in hubs.values():
@@ -115,10 +116,7 @@ def _bridged(
     What a robot's driver publishes has no others; commands and diagnostics may have some of each island.
     """
     if origin is None or target is None:
-        missing = bridge.hub if target is None else bridge.origin_hub
-        return unknown(f"the graph of {missing} was not checked")
-    if not any(chain(*(one.publishers.get(bridge.topic, {}).values() for one in (origin, target)))):
-        return _relayed(bridge, origin, target)
+        return _unseen(bridge, target)
     here = _of_island(bridge.origin, origin.publishers.get(bridge.topic, {}), homes)
     there = _of_island(bridge.origin, target.publishers.get(bridge.topic, {}), homes)
     if absent := [node for node in here if node not in there]:
@@ -128,32 +126,41 @@ def _bridged(
     if moved := [node for node in here if here[node] != there[node]]:
         node = moved[0]
         return bad(f"{bridge.hub} lists {node} at {there[node]} instead of {here[node]}")
+    rivals = list(_of_island(bridge.to, target.publishers.get(bridge.topic, {}), homes))
+    return _received(bridge, target, list(here), rivals)
+
+
+def _relayed(
+    bridge: ExpectedBridge, origin: GraphSeen | None, target: GraphSeen | None, homes: Mapping[str, str]
+) -> Verdict:
+    """Checks that a relay publishes in the target's domain as each node that publishes in the origin's.
+
+    Its nodes have the names of those, and run on the hub, as nodes of the island may.
+    """
+    if origin is None or target is None:
+        return _unseen(bridge, target)
+    here = list(_of_island(bridge.origin, origin.publishers.get(bridge.topic, {}), homes))
+    there = target.publishers.get(bridge.topic, {})
+    if absent := [node for node in here if node not in there]:
+        return bad(f"{bridge.hub} does not receive {_some(absent)}")
+    rivals = [node for node in _of_island(bridge.to, there, homes) if node not in here]
+    return _received(bridge, target, here, rivals)
+
+
+def _unseen(bridge: ExpectedBridge, target: GraphSeen | None) -> Verdict:
+    return unknown(f"the graph of {bridge.hub if target is None else bridge.origin_hub} was not checked")
+
+
+def _received(bridge: ExpectedBridge, target: GraphSeen, here: list[str], rivals: list[str]) -> Verdict:
+    """Checks the rest of a topic that arrives from the nodes ``here``, beside ``rivals`` of the target."""
     kind = target.types.get(bridge.topic, "*")
     wrong = "" if kind in (bridge.type, "*") else f"has type {kind} instead of {bridge.type}"
-    rivals = list(_of_island(bridge.to, target.publishers.get(bridge.topic, {}), homes))
     if rivals and bridge.robots and bridge.topic != DIAGNOSTICS:
         text = f"{_some(rivals)} of {bridge.to} publishes it as well at {bridge.hub}"
         text += f", where it {wrong}" if wrong else ": subscribers there receive both"
         return bad(text, "stop that node, or remap its topic")
     if wrong:
         return bad(f"{wrong} at {bridge.hub}")
-    if not here:
-        text = f"no publisher on {bridge.origin} at the moment"
-        return bad(text) if bridge.robots else Verdict(State.SKIPPED, text)
-    return ok(f"{_some(list(here))} received")
-
-
-def _relayed(bridge: ExpectedBridge, origin: GraphSeen, target: GraphSeen) -> Verdict:
-    """Checks the same where a graph does not say on which host a node runs.
-
-    Whoever brings the topic has the names of those that publish it on the other island.
-    """
-    here, there = (list(one.publishers.get(bridge.topic, {})) for one in (origin, target))
-    if absent := [node for node in here if node not in there]:
-        return bad(f"{bridge.hub} does not receive {_some(absent)}")
-    kind = target.types.get(bridge.topic, "*")
-    if kind not in (bridge.type, "*"):
-        return bad(f"has type {kind} instead of {bridge.type} at {bridge.hub}")
     if not here:
         text = f"no publisher on {bridge.origin} at the moment"
         return bad(text) if bridge.robots else Verdict(State.SKIPPED, text)

@@ -39,7 +39,12 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     yield File(RUN_NODE, shipped_files.text("ros2/run-node"), 0o755)
     yield File(RESTART_DELAY, shipped_files.text("os/restart-delay"), 0o755)
     if graph_environment.own_address(host, island):
-        yield File(_WAIT, shipped_files.text("os/wait-for-address"), 0o755)
+        yield wait_for_address()
+
+
+def wait_for_address() -> File:
+    """Returns the program that waits until a host has its address."""
+    return File(_WAIT, shipped_files.text("os/wait-for-address"), 0o755)
 
 
 def running(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
