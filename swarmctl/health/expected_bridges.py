@@ -14,7 +14,10 @@ from swarmctl.swarm.topics import DIAGNOSTICS
 
 @dataclass(frozen=True)
 class ExpectedBridge:
-    """A topic that island ``to`` receives from ``origin``. ``robots``: those whose drivers publish it."""
+    """A topic that island ``to`` receives from ``origin``. ``robots``: those whose drivers publish it.
+
+    ``relayed``: the hub publishes it there, under the names of the nodes in ``origin``.
+    """
 
     topic: str
     type: str
@@ -23,6 +26,7 @@ class ExpectedBridge:
     to: str
     hub: str
     robots: tuple[str, ...] = ()
+    relayed: bool = False
 
     @property
     def subject(self) -> str:
@@ -35,14 +39,15 @@ def bridges_of(swarm: Swarm) -> tuple[ExpectedBridge, ...]:
     islands = {island.name: island for island in swarm.islands}
     robots = {robot.namespace: robot for robot in swarm.robots.values()}
     type_name = middleware_of(swarm.distro).type_name
+    relayed = provider_of(swarm.multimaster, swarm.distro).relays
     found: dict[tuple[str, str, str], ExpectedBridge] = {}
     for one in swarm.bridges:
         origin = islands[one.origin]
         publishing = tuple(robot.name for robot in _publishing(one.topic, swarm, origin, robots))
         for to in one.to:
-            bridge = ExpectedBridge(
-                one.topic, type_name(one.type), one.origin, origin.hub, to, islands[to].hub, publishing
-            )
+            hubs = origin.hub, islands[to].hub
+            kind = type_name(one.type)
+            bridge = ExpectedBridge(one.topic, kind, one.origin, hubs[0], to, hubs[1], publishing, relayed)
             found.setdefault((one.topic, one.origin, to), bridge)
     return tuple(found.values())
 

@@ -16,6 +16,7 @@ from swarmctl.render.multimaster import joins_islands
 from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages, with_messages_of
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
+from swarmctl.swarm.discovery import FROM_OUTSIDE
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import Listener
 from swarmctl.swarm.resolved import Bridge
@@ -55,7 +56,8 @@ class RuleContext(SwarmIndex):
     @cached_property
     def joins_islands(self) -> bool:
         """Whether something carries topics from island to island."""
-        return joins_islands(self.spec.multimaster, self.spec.ros.distro)
+        found = self.has_masters or all(one.discovery.method in FROM_OUTSIDE for one in self.islands)
+        return found and joins_islands(self.spec.multimaster, self.spec.ros.distro)
 
     @cached_property
     def messages(self) -> MessageCatalog:

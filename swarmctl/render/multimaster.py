@@ -65,6 +65,10 @@ class MultimasterProvider(Protocol):
         """The TCP ports that it takes on a hub, counted from the port of the master."""
 
     @property
+    def relays(self) -> bool:
+        """Whether it publishes on the hub what it brings; else nodes of both islands connect to each other."""
+
+    @property
     def only_receivers(self) -> bool:
         """Whether only hubs to which a topic is bridged run it; otherwise all hubs do."""
 
@@ -89,6 +93,7 @@ class _NoProvider:
     discovery = None
     memory_mb = 0
     offsets: tuple[int, ...] = ()
+    relays = False
     only_receivers = True
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:

@@ -6,15 +6,14 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.render.multimaster import joins_islands
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode
+from swarmctl.swarm.discovery import FROM_OUTSIDE
 from swarmctl.swarm.modes import ROLES, hub_of
 from swarmctl.yamltext.edits import append_item, make_fix, remove, rename_key, replace_value, set_key
 
 Loc = tuple[str | int, ...]
-
-#: How nodes find each other where a node of another host can find them too.
-_RELAYED: frozenset[str] = frozenset({"peers", "multicast"})
 
 _STANDALONE = ("if each host runs its own master, write `mode: standalone`",)
 
@@ -251,15 +250,15 @@ def island_membership(context: RuleContext) -> Iterator[Diagnostic]:
 def unjoined_islands(context: RuleContext) -> Iterator[Diagnostic]:
     """Several islands, and nothing that carries topics from one to another."""
     spec, islands = context.spec, context.islands
-    if len(islands) < 2:
+    if len(islands) < 2 or context.joins_islands:
         return
-    methods = {island.discovery.method for island in islands}
-    if not context.joins_islands:
-        why = f"swarmctl does not bridge islands of `{spec.ros.distro}`"
-    elif not context.has_masters and not methods <= _RELAYED:
-        why = f"a relay finds no nodes by discovery `{methods.difference(_RELAYED).pop()}`"
-    else:
-        return
+    methods = {island.discovery.method for island in islands} - FROM_OUTSIDE
+    by_method = not context.has_masters and methods and joins_islands(spec.multimaster, spec.ros.distro)
+    why = (
+        f"a relay finds no nodes by discovery `{min(methods)}`"
+        if by_method
+        else f"swarmctl does not bridge islands of `{spec.ros.distro}`"
+    )
     yield Diagnostic(
         "MODE017",
         f"the {len(islands)} islands of mode `{spec.mode.value}` share no topics: {why}",

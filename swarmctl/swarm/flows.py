@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS
 from swarmctl.spec.model import Spec
@@ -23,6 +24,10 @@ def ros_flows(spec: Spec, islands: Sequence[Island], bridges: Iterable[Bridge]) 
     by_name = {island.name: island for island in islands}
     for (origin, to), topics in _crossing(bridges).items():
         start, end, named = by_name[origin], by_name[to], ", ".join(topics)
+        if (provider := _provider(spec)) is not None and provider.relays:
+            yield Flow((end.hub,), start.hosts, Service.NODES, f"receives {named}")
+            yield Flow(start.hosts, (end.hub,), Service.NODES, f"sends {named}")
+            continue
         yield Flow((end.hub,), (start.hub,), Service.MASTER, f"receives {named}")
         yield Flow(end.hosts, start.hosts, Service.NODES, f"receives {named}")
         # The master of the origin calls the node that joins the other one.
@@ -44,10 +49,15 @@ def _crossing(bridges: Iterable[Bridge]) -> Mapping[tuple[str, str], list[str]]:
 
 def _discovers(spec: Spec) -> bool:
     """True if multimasters find each other by heartbeats."""
-    provider = (spec.multimaster and spec.multimaster.provider) or MIDDLEWARES.get(
-        spec.ros.distro
-    ).multimaster
-    return bool(provider) and MULTIMASTERS.get(provider).discovery is not None
+    provider = _provider(spec)
+    return provider is not None and provider.discovery is not None
+
+
+def _provider(spec: Spec) -> Any:
+    """What joins islands, a ``MultimasterProvider``; None without one."""
+    named = spec.multimaster and spec.multimaster.provider
+    provider = named or MIDDLEWARES.get(spec.ros.distro).multimaster
+    return MULTIMASTERS.get(provider) if provider else None
 
 
 def flows_of(swarm: Swarm) -> Iterator[Flow]:

@@ -130,9 +130,7 @@ class TestStandalone(Conducted):
         with experiment.lab.publishing("k3-pi", "epuck", 0.05):
             experiment.receives_nothing("epuck", published_on="k3-pi", home="epuck-pi")
 
-    def test_a_command_that_is_not_the_joysticks_crosses_and_moves_nothing(
-        self, experiment: Experiment
-    ) -> None:
+    def test_a_command_that_is_not_the_joysticks_crosses_in_vain(self, experiment: Experiment) -> None:
         with experiment.lab.publishing(LEADER, "epuck", 0.05):
             experiment.refuses("epuck", "epuck-pi")
 

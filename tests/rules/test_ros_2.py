@@ -165,7 +165,8 @@ TOPICS = "topics: [{topic: /k3/odom, to: [laptop]}, {topic: /k3/odomm, to: [lapt
 def test_islands_that_nothing_joins_have_one_error(tmp_path: Path, provider: str) -> None:
     """A provider of ROS 1 joins masters; its own rules have nothing to add."""
     spec = tmp_path / "swarm.yaml"
-    text = PAIR.replace("{ROS}", "{distro: kilted}").replace("mode: central\nhub: laptop", "mode: standalone")
+    text = PAIR.replace("{ROS}", "{distro: kilted, rmw: zenoh}")
+    text = text.replace("mode: central\nhub: laptop", "mode: standalone")
     text = text.replace("k3-pi]}", "k3-pi], client_isolation: true}")
     spec.write_text(text + provider, "utf-8")
     assert [one.code for one in load_swarm(spec)[1]] == ["MODE017"]

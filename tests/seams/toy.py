@@ -107,6 +107,7 @@ class Mesh:
     discovery = Discovery("239.255.7.7", forget_factor=3)
     memory_mb = 10
     offsets = (50,)
+    relays = False
     only_receivers = True
 
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:

@@ -47,6 +47,16 @@ def test_islands_reach_each_other_only_for_the_topics_that_cross() -> None:
     ]
 
 
+def test_a_relay_and_the_island_that_it_receives_from_reach_each_other() -> None:
+    crossing = [one for one in flows("ros2-4-standalone/swarm.yaml") if "cmd_vel" in one[3]]
+    assert crossing == [
+        (K3, "NODES", LAPTOP, "receives /k3/cmd_vel"),
+        (LAPTOP, "NODES", K3, "sends /k3/cmd_vel"),
+        (EPUCK, "NODES", LAPTOP, "receives /epuck/cmd_vel"),
+        (LAPTOP, "NODES", EPUCK, "sends /epuck/cmd_vel"),
+    ]
+
+
 def test_masters_that_discover_each_other_reach_each_other() -> None:
     found = flows("paper-5-combined/swarm.yaml", "paper-5-combined/fkie.yaml")
     hubs = f"{LAPTOP} {K3} {EPUCK}"

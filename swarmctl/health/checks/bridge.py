@@ -53,7 +53,7 @@ def compare(found: Findings, context: CheckContext) -> None:
         causes = [*_causes(bridge, context), *chain.from_iterable(joined)]
         seen = {name: answers[name].graph for name in (bridge.origin_hub, bridge.hub) if name in answers}
         origin, target = hubs[bridge.origin_hub], hubs[bridge.hub]
-        compared = _bridged if target.master_uri else _relayed
+        compared = _relayed if bridge.relayed else _bridged
         verdict = compared(bridge, seen.get(bridge.origin_hub), seen.get(bridge.hub), graph.homes)
         owner = origin if origin.optional else target
         found.add(CHECK, bridge.subject, verdict, host=owner, after=causes)

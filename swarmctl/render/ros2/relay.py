@@ -30,6 +30,7 @@ class Relay:
     discovery = None
     memory_mb = 90
     offsets: tuple[int, ...] = ()
+    relays = True
     only_receivers = True
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
@@ -43,7 +44,7 @@ class Relay:
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         """Yields the node, its parameters, the settings of DDS, and its unit."""
         params = File(PARAMS, params_file(_parameters(swarm, island)), origin="multimaster")
-        shipped = (ros2_release.wait_for_address(), *shipped_files.folder("relay", ros2_release.FACE))
+        shipped = (ros2_release.wait_for_address(), *shipped_files.folder("domain_relay", ros2_release.FACE))
         files = (params, *_settings(swarm, host, island), *shipped)
         kinds = {one["type"] for peer in _peers(swarm, island) for one in peer["receives"]}
         packages = sorted({kind.partition("/")[0] for kind in kinds} | {"rclpy", "diagnostic_msgs"})

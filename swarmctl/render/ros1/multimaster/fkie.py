@@ -48,6 +48,7 @@ class Fkie:
     discovery = Discovery("226.0.0.0", forget_factor=5)  # of master_discovery (multimaster_fkie 0.8)
     memory_mb = 120
     offsets = (DISCOVERY_OFFSET, ZEROCONF_OFFSET, DAEMON_OFFSET)
+    relays = False
     only_receivers = False
 
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:

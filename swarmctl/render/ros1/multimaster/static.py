@@ -36,6 +36,7 @@ class Static:
     discovery = None
     memory_mb = 60
     offsets: tuple[int, ...] = ()
+    relays = False
     only_receivers = True
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:

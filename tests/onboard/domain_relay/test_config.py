@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from swarm_onboard.relay.config import Crossing, parse
+from swarm_onboard.domain_relay.config import Crossing, parse
 
 DATA: dict[str, Any] = {
     "island": "k3-pi",

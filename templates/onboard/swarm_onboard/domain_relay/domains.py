@@ -17,8 +17,8 @@ from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from swarm_onboard.relay import publishers as known
-from swarm_onboard.relay.config import Config, Crossing, Peer
+from swarm_onboard.domain_relay import publishers as known
+from swarm_onboard.domain_relay.config import Config, Crossing, Peer
 from swarm_onboard.ros2.late import Late
 from swarm_onboard.ros2.senders import full_name, subscribe_with_sender
 

@@ -52,7 +52,7 @@ class Unnamed:
         self._kept: dict[bytes, bytes] = {}
 
     def keep(self, gid: bytes, message: bytes) -> None:
-        """Keeps a message, if there is room for its publisher."""
+        """Keeps a message of one of a few publishers."""
         if gid in self._kept or len(self._kept) < _MOST_UNNAMED:
             self._kept[gid] = message
 

@@ -6,8 +6,8 @@ from typing import Any, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from swarm_onboard.relay.config import Config
-from swarm_onboard.relay.domains import DIAGNOSTICS, Away
+from swarm_onboard.domain_relay.config import Config
+from swarm_onboard.domain_relay.domains import DIAGNOSTICS, Away
 
 _MOST_NAMED = 3  # peers in the message
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from swarm_onboard.relay.publishers import Publisher, Quality, Unnamed, of_island, quality, relays
+from swarm_onboard.domain_relay.publishers import Publisher, Quality, Unnamed, of_island, quality, relays
 
 OWN, RELAY = b"participant1" + b"\0\0\1\3", b"participant2" + b"\0\0\1\3"
 JOYSTICK = Publisher(OWN, "/joystick", reliable=True, latched=False)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from swarm_onboard.common.parameters import ConfigError
 from swarm_onboard.common.systemd import Notifier
-from swarm_onboard.relay.config import load
+from swarm_onboard.domain_relay.config import load
 
 _TICK = 1.0  # s between two diagnostics messages
 _HANGS = 5.0  # s without a look at a domain
@@ -30,8 +30,8 @@ def main(arguments: list[str]) -> int:
         return 1
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         signal.signal(number, lambda *_: os._exit(0))  # the network forgets its nodes by itself
-    from swarm_onboard.relay.domains import Away, Home  # noqa: PLC0415  rclpy takes long to import
-    from swarm_onboard.relay.report import Report  # noqa: PLC0415
+    from swarm_onboard.domain_relay.domains import Away, Home  # noqa: PLC0415  rclpy takes long to import
+    from swarm_onboard.domain_relay.report import Report  # noqa: PLC0415
 
     notifier, home = Notifier(), Home(config)
     report = Report(config, home.node)
