@@ -56,8 +56,8 @@ class RuleContext(SwarmIndex):
     @cached_property
     def joins_islands(self) -> bool:
         """Whether something carries topics from island to island."""
-        found = self.has_masters or all(one.discovery.method in FROM_OUTSIDE for one in self.islands)
-        return found and joins_islands(self.spec.multimaster, self.spec.ros.distro)
+        seen = not self.spec.ros.sros2 and all(one.discovery.method in FROM_OUTSIDE for one in self.islands)
+        return (self.has_masters or seen) and joins_islands(self.spec.multimaster, self.spec.ros.distro)
 
     @cached_property
     def messages(self) -> MessageCatalog:

@@ -66,7 +66,7 @@ class MultimasterProvider(Protocol):
 
     @property
     def relays(self) -> bool:
-        """Whether it publishes on the hub what it brings; else nodes of both islands connect to each other."""
+        """Whether it publishes on the hub what it brings; else nodes of both islands connect directly."""
 
     @property
     def only_receivers(self) -> bool:

@@ -253,12 +253,12 @@ def unjoined_islands(context: RuleContext) -> Iterator[Diagnostic]:
     if len(islands) < 2 or context.joins_islands:
         return
     methods = {island.discovery.method for island in islands} - FROM_OUTSIDE
-    by_method = not context.has_masters and methods and joins_islands(spec.multimaster, spec.ros.distro)
-    why = (
-        f"a relay finds no nodes by discovery `{min(methods)}`"
-        if by_method
-        else f"swarmctl does not bridge islands of `{spec.ros.distro}`"
-    )
+    if context.has_masters or not joins_islands(spec.multimaster, spec.ros.distro):
+        why = f"swarmctl does not bridge islands of `{spec.ros.distro}`"
+    elif methods:
+        why = f"a relay finds no nodes by discovery `{min(methods)}`"
+    else:
+        why = "a relay has no key of `sros2`"
     yield Diagnostic(
         "MODE017",
         f"the {len(islands)} islands of mode `{spec.mode.value}` share no topics: {why}",

@@ -47,7 +47,7 @@ def test_islands_reach_each_other_only_for_the_topics_that_cross() -> None:
     ]
 
 
-def test_a_relay_and_the_island_that_it_receives_from_reach_each_other() -> None:
+def test_a_relay_and_the_island_of_its_topics_reach_each_other() -> None:
     crossing = [one for one in flows("ros2-4-standalone/swarm.yaml") if "cmd_vel" in one[3]]
     assert crossing == [
         (K3, "NODES", LAPTOP, "receives /k3/cmd_vel"),
