@@ -83,7 +83,7 @@ class LabNode:
             lambda: self.received.count((topic, text)) >= times,
             lambda: f"{text!r} is not received {times} times on {topic}: {self.received}",
         )
-        assert self.received.count((topic, text)) == times
+        assert self.received.count((topic, text)) == times, f"{text!r} is received again on {topic}"
 
     def reaches(self, subscriber: LabNode, topic: str) -> None:
         """Publish until something arrives: the two are connected then."""
