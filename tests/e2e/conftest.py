@@ -39,6 +39,7 @@ LONGEST = (
     "test_lab.py",
     "test_mode_change.py",
     "test_units_come_back.py",
+    "test_relay.py",
     "test_containers.py",
     "test_record.py",
     "test_late_hosts.py",
