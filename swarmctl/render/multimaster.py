@@ -15,6 +15,7 @@ from swarmctl.render.bundle import Part
 from swarmctl.render.middleware import Capability, middleware_of
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
@@ -85,22 +86,34 @@ class MultimasterProvider(Protocol):
         """Returns the nodes that a healthy hub of ``island`` shows."""
 
 
-class _NoProvider:
-    """What a middleware has that joins no islands, unless the spec names a provider."""
+class OneNode:
+    """What providers have in common that run one node of ours, on each hub that receives topics."""
 
     settings: frozenset[str] = frozenset()
-    needs = None
     discovery = None
-    memory_mb = 0
     offsets: tuple[int, ...] = ()
-    relays = False
     only_receivers = True
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
+        """Nothing: the node takes ports as all nodes of ROS do."""
         return ()
 
     def ports(self, swarm: Swarm, island: Island) -> Sequence[PortRange]:
+        """Returns nothing: its node is one of those of ROS."""
         return ()
+
+    def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
+        """Returns the node, which reports the state of its bridges."""
+        node = names.multimaster_node(island.name)
+        return JoinNodes((node,), reporter=node)
+
+
+class _NoProvider(OneNode):
+    """What a middleware has that joins no islands, unless the spec names a provider."""
+
+    needs = None
+    memory_mb = 0
+    relays = False
 
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterable[Part]:
         return ()

@@ -172,6 +172,23 @@ def test_islands_that_nothing_joins_have_one_error(tmp_path: Path, provider: str
     assert [one.code for one in load_swarm(spec)[1]] == ["MODE017"]
 
 
+@pytest.mark.parametrize(
+    ("ros", "why"),
+    [
+        ("distro: jazzy, rmw: zenoh", "a relay finds no nodes by discovery `zenoh`"),
+        ("distro: jazzy, servers: [laptop]", "a relay finds no nodes by discovery `server`"),
+        ("distro: jazzy, discovery: local", "a relay finds no nodes by discovery `local`"),
+        ("distro: jazzy, sros2: true", "a relay has no key of `sros2`"),
+    ],
+)
+def test_islands_that_a_relay_cannot_join_are_an_error(tmp_path: Path, ros: str, why: str) -> None:
+    spec = tmp_path / "swarm.yaml"
+    text = PAIR.replace("{ROS}", f"{{{ros}}}").replace("mode: central\nhub: laptop", "mode: standalone")
+    spec.write_text(text, "utf-8")
+    messages = [one.message for one in load_swarm(spec)[1] if one.code == "MODE017"]
+    assert messages == [f"the 2 islands of mode `standalone` share no topics: {why}"]
+
+
 def test_a_single_standalone_host_needs_no_other(tmp_path: Path) -> None:
     spec = tmp_path / "swarm.yaml"
     text = (ROOT / "tests/render/ros2/single-minded.yaml").read_text("utf-8")

@@ -2,44 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit, package
 from swarmctl.render.middleware import Capability
-from swarmctl.render.multimaster import JoinNodes, MultimasterProvider
+from swarmctl.render.multimaster import MultimasterProvider, OneNode
 from swarmctl.render.quoting import render
 from swarmctl.render.ros2 import discovery_files, graph_environment, ros2_release
 from swarmctl.render.yaml_params import params_file
-from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
-from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 PARAMS, _ENVIRONMENT = "params/relay.yaml", "env/relay.env"
 _OWN, _OF_RELAY = "env/", "env/relay."  # files that DDS reads
 
 
-class Relay:
+class Relay(OneNode):
     """The provider: one node on each hub that receives topics."""
 
     needs: Capability = "domains"
-    settings: frozenset[str] = frozenset()
-    discovery = None
     memory_mb = 90
-    offsets: tuple[int, ...] = ()
     relays = True
-    only_receivers = True
-
-    def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
-        """Nothing: the node takes ports of domains, as all nodes do."""
-        return ()
-
-    def ports(self, swarm: Swarm, island: Island) -> tuple[PortRange, ...]:
-        """Returns nothing: its node is one of those of ROS."""
-        return ()
 
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         """Yields the node, its parameters, the settings of DDS, and its unit."""
@@ -50,11 +36,6 @@ class Relay:
         packages = sorted({kind.partition("/")[0] for kind in kinds} | {"rclpy", "diagnostic_msgs"})
         yield Part(files, requires={package(name): ("multimaster",) for name in packages})
         yield _unit(swarm, host, island, files)
-
-    def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
-        """Returns the node, which reports the state of its bridges."""
-        node = names.multimaster_node(island.name)
-        return JoinNodes((node,), reporter=node)
 
 
 RELAY: MultimasterProvider = Relay()

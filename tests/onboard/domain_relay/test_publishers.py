@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 import pytest
-from swarm_onboard.domain_relay.publishers import Publisher, Quality, Unnamed, of_island, quality, relays
+from swarm_onboard.domain_relay.publishers import (
+    Publisher,
+    Quality,
+    Unnamed,
+    named,
+    of_island,
+    quality,
+    relays,
+)
 
 OWN, RELAY = b"participant1" + b"\0\0\1\3", b"participant2" + b"\0\0\1\3"
 JOYSTICK = Publisher(OWN, "/joystick", reliable=True, latched=False)
@@ -30,6 +38,19 @@ def test_a_subscription_requests_what_all_publishers_offer(
     offers: list[tuple[bool, bool]], requested: tuple[bool, bool]
 ) -> None:
     assert quality(Publisher(OWN, "/a", *one) for one in offers) == Quality(*requested)
+
+
+@pytest.mark.parametrize("name", ["", "joystick", "/a b", "/a//b", "/1st", "/" + "n" * 300, "/a\n", "/é"])
+def test_no_node_gets_a_name_that_ros_refuses(name: str) -> None:
+    """It would end the relay."""
+    assert named([JOYSTICK, Publisher(b"other", name, True, False)], ()) == {OWN: "/joystick"}
+
+
+def test_a_flood_of_nodes_drives_out_none_that_was_there() -> None:
+    flood = [Publisher(b"%d" % number, f"/a{number}", True, False) for number in range(1000)]
+    found = named([*flood, JOYSTICK], {"/joystick"})
+    assert found[OWN] == "/joystick"
+    assert len(found) == 64
 
 
 def test_the_last_message_of_a_node_without_a_name_waits_for_it() -> None:

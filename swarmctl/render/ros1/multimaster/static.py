@@ -5,20 +5,18 @@ It needs no ROS library, fetches the topics that its own island receives, and wa
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.middleware import Capability
-from swarmctl.render.multimaster import JoinNodes, MultimasterProvider
+from swarmctl.render.multimaster import MultimasterProvider, OneNode
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
 from swarmctl.render.service_values import service_values
 from swarmctl.render.yaml_params import params_file
-from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
-from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 PARAMS = "params/multimaster.yaml"
@@ -28,24 +26,12 @@ _SILENT_AFTER = 3.0  # s
 _REMOVE_AFTER = 60.0  # s; shorter, and a robot behind a wall loses its publishers
 
 
-class Static:
+class Static(OneNode):
     """The provider: one node on each hub that receives topics."""
 
     needs: Capability = "master"
-    settings: frozenset[str] = frozenset()
-    discovery = None
     memory_mb = 60
-    offsets: tuple[int, ...] = ()
     relays = False
-    only_receivers = True
-
-    def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
-        """Nothing: the node takes any free port."""
-        return ()
-
-    def ports(self, swarm: Swarm, island: Island) -> tuple[PortRange, ...]:
-        """Returns nothing: its node is one of those of ROS."""
-        return ()
 
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         """Yields the node, its parameters and its unit."""
@@ -53,11 +39,6 @@ class Static:
         files = (params, *shipped_files.folder("multimaster"))
         yield Part(files)
         yield _unit(swarm, host, files)
-
-    def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
-        """Returns the node, which reports the state of its bridges."""
-        node = names.multimaster_node(island.name)
-        return JoinNodes((node,), reporter=node)
 
 
 STATIC: MultimasterProvider = Static()

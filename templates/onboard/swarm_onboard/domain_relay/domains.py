@@ -89,7 +89,7 @@ class Topic:
         self._late, self._unnamed = Late(EXPIRES), known.Unnamed()
         self._names: dict[bytes, str] = {}
         self._here: dict[str, Any] = {}  # publishers by sender
-        self._quality = known.Quality(False, False)
+        self._quality: known.Quality | None = None
         self._end: Callable[[], None] = lambda: None
 
     @property
@@ -100,12 +100,14 @@ class Topic:
     def look(self, brought: Any) -> None:
         """Follows the publishers of the other island. ``brought``: the participants of relays there."""
         found = known.of_island(self._publishers(), brought)
-        self._names = {one.gid: one.node for one in found if one.node}
-        wanted = set(self._names.values())
-        if found and (not self._here or known.quality(found) != self._quality):
-            self._subscribe(known.quality(found))
+        self._names = known.named(found, self._here)
+        wanted, quality = set(self._names.values()), known.quality(found)
+        if found and quality != self._quality:
+            self._subscribe(quality)
         for sender in wanted.difference(self._here):
-            self._here[sender] = self._home.publisher(sender, self._message, self.name, self._profile())
+            self._here[sender] = self._home.publisher(
+                sender, self._message, self.name, self._profile(quality)
+            )
         for sender in set(self._here).difference(wanted):
             self._home.remove(sender, self._here.pop(sender))
         for gid, sender in self._names.items():
@@ -128,17 +130,17 @@ class Topic:
         self._end()
         for sender in list(self._here):  # their quality changes, too
             self._home.remove(sender, self._here.pop(sender))
-        self._quality = quality
+        self._quality, profile = quality, self._profile(quality)
         self._end = subscribe_with_sender(
-            self._source, self._message, self.name, self._received, self._profile(), raw=True
+            self._source, self._message, self.name, self._received, profile, raw=True
         )
 
-    def _profile(self) -> QoSProfile:
+    def _profile(self, quality: known.Quality) -> QoSProfile:
         profile = QoSProfile(depth=1 if self._command else _DEPTH)
         profile.reliability = (
-            ReliabilityPolicy.RELIABLE if self._quality.reliable else ReliabilityPolicy.BEST_EFFORT
+            ReliabilityPolicy.RELIABLE if quality.reliable else ReliabilityPolicy.BEST_EFFORT
         )
-        if self._quality.latched:
+        if quality.latched:
             profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
         if self._command:
             profile.lifespan = Duration(seconds=EXPIRES)

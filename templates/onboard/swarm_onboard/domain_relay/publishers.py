@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
-from typing import Iterable
+from typing import Collection, Iterable
 
 GID_BYTES = 16  # that are significant; Humble pads to 24
 _PREFIX = 12  # bytes of a GID that all endpoints of a participant share (DDSI-RTPS 2.5, 9.3.1)
-_MOST_UNNAMED = 8
+_MOST_UNNAMED, _MOST_NAMED = 8, 64
+_NODE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*){1,20}", re.ASCII)
+_LONGEST = 200
 RELAY = "multimaster_"  # begins the node name of each relay
 
 
@@ -37,6 +40,20 @@ def relays(publishers: Iterable[tuple[bytes, str]]) -> frozenset[bytes]:
 def of_island(publishers: Iterable[Publisher], brought: frozenset[bytes]) -> list[Publisher]:
     """Returns the publishers that run on the island itself: what a relay has brought goes no further."""
     return [one for one in publishers if one.gid[:_PREFIX] not in brought]
+
+
+def named(publishers: Iterable[Publisher], before: Collection[str]) -> dict[bytes, str]:
+    """Returns the nodes of publishers, by GID: those with a valid name, and of a flood of nodes a part.
+
+    ``before``: nodes that were among them, which no flood drives out.
+    """
+    found = {one.gid: one.node for one in publishers if _is_valid(one.node)}
+    kept = sorted(set(found.values()), key=lambda node: (node not in before, node))[:_MOST_NAMED]
+    return {gid: node for gid, node in found.items() if node in kept}
+
+
+def _is_valid(node: str) -> bool:
+    return len(node) <= _LONGEST and _NODE.fullmatch(node) is not None
 
 
 def quality(publishers: Iterable[Publisher]) -> Quality:
