@@ -81,7 +81,7 @@ def _hops(index: SwarmIndex, by: str, origin: str, to: str, robot: str) -> Itera
     first, second = index.home[origin], index.home[to]
     if origin != to:
         yield Hop("network", index.shared_networks(origin, to)[0])
-    if first is second and middleware_of(index.spec.ros.distro).master_mb:
+    if first is second and middleware_of(first.distro).master_mb:
         yield Hop("master", first.name, f"on {first.hub}")
     elif first is not second:
         yield Hop("bridge", f"{first.name} to {second.name}", f"between {first.hub} and {second.hub}")

@@ -9,10 +9,10 @@ from typing import Any
 from swarmctl.analysis import swarm_graph
 from swarmctl.analysis.swarm_graph import COMMANDS, DATA, RUNS, Graph, node
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster import provider_name
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
-from swarmctl.swarm.resolved import Bridge
+from swarmctl.swarm.providers import provider_name
+from swarmctl.swarm.resolved import Bridge, alike, carriers
 
 _DRAWN = ("host", "robot", "program", "network")
 
@@ -105,20 +105,27 @@ def diagram(index: SwarmIndex) -> Diagram:
     """Returns the diagram of a spec without errors, in the order of the spec."""
     graph = swarm_graph.swarm_graph(index)
     bridged = tuple(_bridged_topics(bridges_of(index)))
-    masters = bool(middleware_of(index.spec.ros.distro).master_mb)
     return Diagram(
         swarm=index.spec.name,
         mode=index.spec.mode.value,
-        islands=tuple((island.name, island.hub if masters else "") for island in index.islands),
+        islands=tuple(
+            (one.name, one.hub if middleware_of(one.distro).master_mb else "") for one in index.islands
+        ),
         nodes=tuple(
             Node(**one) for kind in _DRAWN for _, one in graph.nodes(data=True) if one["kind"] == kind
         ),
         edges=tuple(sorted(_edges(graph, {one.topic for one in bridged}), key=_rank)),
-        provider=provider_name(index.spec.multimaster, index.spec.ros.distro)
-        if len(index.islands) > 1
-        else "",
+        provider=", ".join(_providers(index)),
         crossings=bridged,
     )
+
+
+def _providers(index: SwarmIndex) -> Iterator[str]:
+    """The multimasters that join the islands; none with one island."""
+    settings, islands = index.spec.multimaster, index.islands
+    between = carriers(islands, bridges_of(index))
+    joined = (one for one in islands if one.name in between or len(alike(islands, one)) > 1)
+    yield from dict.fromkeys(provider_name(settings, one.distro) for one in joined)
 
 
 def _bridged_topics(bridges: Iterable[Bridge]) -> Iterator[BridgedTopic]:

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster import provider_of, runs_on
+from swarmctl.render.multimaster import running_on
 from swarmctl.swarm.index import SwarmIndex
-from swarmctl.swarm.resolved import Bridge
+from swarmctl.swarm.resolved import Bridge, carriers
 
 # MB. A driver may take 60 (its bar). A Linux without a desktop takes 100 to 200, as Raspberry Pi OS Lite.
 DRIVER_MB = 60
@@ -67,20 +67,19 @@ def host_budgets(index: SwarmIndex, bridges: Iterable[Bridge]) -> Iterator[HostB
         if host is not None:
             nodes[host] += 1
             programs.setdefault(host, []).append((name, index.spec.programs[name].memory_mb or 0))
-    master_mb = middleware_of(index.spec.ros.distro).master_mb
-    mastered = index.islands if master_mb else ()
-    served = {island.hub: sum(nodes[host] for host in island.hosts) for island in mastered}
-    provider, islands = provider_of(index.spec.multimaster, index.spec.ros.distro), index.islands
-    receiving = {to for bridge in bridges for to in bridge.to}
-    joining = {one.hub for one in islands if runs_on(provider, len(islands), one.name in receiving)}
+    islands = index.islands
+    master_mb = {one.hub: middleware_of(one.distro).master_mb for one in islands}
+    served = {one.hub: sum(nodes[host] for host in one.hosts) for one in islands if master_mb[one.hub]}
+    running = running_on(index.spec.multimaster, islands, carriers(islands, bridges))
+    multimaster_mb = {one.hub: running[one.name].memory_mb for one in islands if one.name in running}
     for name in index.spec.hosts:
         kind = index.computer_of(name)
         if kind is None:
             continue
         parts = [
             ("system", SYSTEM_MB),
-            ("master", master_mb if name in served else 0),
-            ("multimaster", provider.memory_mb if name in joining else 0),
+            ("master", master_mb.get(name, 0)),
+            ("multimaster", multimaster_mb.get(name, 0)),
             (f"{drivers[name]} driver{'s' if drivers[name] > 1 else ''}", drivers[name] * DRIVER_MB),
             (f"{gates[name]} gate{'s' if gates[name] > 1 else ''}", gates[name] * GATE_MB),
             *programs.get(name, ()),

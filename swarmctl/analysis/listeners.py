@@ -9,7 +9,7 @@ from swarmctl.render.multimaster import provider_of
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import SSH, Listener, ssh_port
-from swarmctl.swarm.resolved import Island
+from swarmctl.swarm.resolved import Island, alike
 from swarmctl.swarm.ros_processes import ros_processes
 
 
@@ -21,12 +21,11 @@ def listeners(index: SwarmIndex) -> Iterator[Listener]:
     spec, islands = index.spec, index.islands
     for name in spec.hosts:
         yield Listener(name, ssh_port(spec, name), SSH, ("hosts", name, "port"))
-    middleware, provider = middleware_of(spec.ros.distro), provider_of(spec.multimaster, spec.ros.distro)
     processes = ros_processes(index)
     for island in islands:
-        yield from middleware.listeners(spec, island, processes)
-        if len(islands) > 1:
-            yield from provider.listeners(spec, island)
+        yield from middleware_of(island.distro).listeners(spec, island, processes)
+        if len(alike(islands, island)) > 1:
+            yield from provider_of(spec.multimaster, island.distro).listeners(spec, island)
     for number, ends in index.ip_links.items():
         link = ends.link
         for place, port in enumerate(ends.local_ports):
@@ -36,4 +35,5 @@ def listeners(index: SwarmIndex) -> Iterator[Listener]:
 
 def master_offsets(spec: Spec, islands: Collection[Island]) -> tuple[int, ...]:
     """Returns the ports that belong to a master, counted from its own."""
-    return (0, *(provider_of(spec.multimaster, spec.ros.distro).offsets if len(islands) > 1 else ()))
+    distros = {one.distro for one in islands if one.has_master and len(alike(islands, one)) > 1}
+    return (0, *sorted({port for one in distros for port in provider_of(spec.multimaster, one).offsets}))

@@ -23,9 +23,10 @@ import networkx as nx
 
 from swarmctl.links.ip_link import IpLink
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster import provider_of, runs_on
+from swarmctl.render.multimaster import running_on
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.resolved import carrier, carriers
 from swarmctl.swarm.topics import Endpoint
 
 Node = str
@@ -71,8 +72,10 @@ def graphml(graph: Graph[Node]) -> str:
 class _Builder:
     def __init__(self, index: SwarmIndex) -> None:
         self._index, self._spec = index, index.spec
-        self._masters = bool(middleware_of(index.spec.ros.distro).master_mb)
-        self._multimaster = provider_of(index.spec.multimaster, index.spec.ros.distro)
+        self._mastered = {one.name: one for one in index.islands if middleware_of(one.distro).master_mb}
+        self._multimasters = running_on(
+            index.spec.multimaster, index.islands, carriers(index.islands, bridges_of(index))
+        )
         self._carriers = cache(self._carriers_between)
         self.graph: Graph[Node] = nx.MultiDiGraph(swarm=index.spec.name, mode=index.spec.mode.value)
         self._add_hosts()
@@ -95,16 +98,14 @@ class _Builder:
         self.graph.add_edge(start, end, key=key, role=role, label=label, carriers=tuple(carriers))
 
     def _add_hosts(self) -> None:
-        index, islands = self._index, self._index.islands
-        with_master = {one.hub for one in islands} if self._masters else set()
+        index, with_master = self._index, {one.hub for one in self._mastered.values()}
         for name in self._spec.hosts:
             kind = index.computer_of(name) or "computer"
             self._add("host", name, f"{kind}, master" if name in with_master else kind, name)
-        for island in islands if self._masters else ():
+        for island in self._mastered.values():
             self._join(RUNS, node("host", island.hub), self._add("master", island.name, "", island.hub))
-        receivers = {name for bridge in bridges_of(index) for name in bridge.to}
-        for island in islands:
-            if runs_on(self._multimaster, len(islands), island.name in receivers):
+        for island in index.islands:
+            if island.name in self._multimasters:
                 here = self._add("multimaster", island.name, "", island.hub)
                 self._join(RUNS, node("host", island.hub), here)
 
@@ -188,10 +189,11 @@ class _Builder:
         first, second = home[origin], home[to]
         found = [node("host", origin), node("host", to)]
         pairs = [(origin, to)]
-        if self._masters:
-            found += [node("master", first.name), node("master", second.name)]
-            pairs += [(origin, first.hub), (to, second.hub)]
-        if first is not second or self._masters:
+        for end, island in ((origin, first), (to, second)):
+            if island.name in self._mastered:
+                found.append(node("master", island.name))
+                pairs.append((end, island.hub))
+        if first is not second or first.name in self._mastered:
             pairs.append((first.hub, second.hub))
         for one, other in pairs:
             shared = self._index.shared_networks(one, other) if one != other else ()
@@ -199,6 +201,8 @@ class _Builder:
                 return ()
             found += [node("network", shared[0])] if len(shared) == 1 else []
         if first is not second:
-            ends = (second,) if self._multimaster.only_receivers else (first, second)
-            found += [node("multimaster", island.name) for island in ends]
+            joined = carrier(first, second)
+            provider = self._multimasters.get(joined.name)
+            both = first.has_master is second.has_master and provider and not provider.only_receivers
+            found += [node("multimaster", one.name) for one in ((first, second) if both else (joined,))]
         return tuple(dict.fromkeys(one for one in found if one in self.graph))

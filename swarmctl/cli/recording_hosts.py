@@ -15,7 +15,7 @@ from swarmctl.remote.host_recordings import Fetched
 from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped, result_of
 from swarmctl.remote.transport import HostError, Kind, Target, Transport
 from swarmctl.render.bag_recorder import BagRecorder
-from swarmctl.render.middleware import middleware_of
+from swarmctl.render.middleware import middleware_at
 from swarmctl.swarm.resolved import Swarm
 from swarmctl.views import recordings as view
 from swarmctl.views.escape import printable
@@ -151,7 +151,7 @@ class RecordingHosts:
         if recording["ended"] != "failed":
             return None
         status, package = recording["status"], self._recorder.package
-        middleware = middleware_of(self._swarm.distro)
+        middleware = middleware_at(self._swarm, host)
         return ros_tools.lack(host, status, self._swarm.name, package, package, middleware) or HostError(
             Kind.FAILED, f"{package} ended with exit code {status}: {recording['output']}"
         )

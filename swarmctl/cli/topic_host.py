@@ -31,8 +31,8 @@ class TopicHost:
     def __init__(self, spec: SpecFiles, topic: str, island: str, host: str) -> None:
         self._spec, self.topic = spec, topic_island.full_name(topic)
         self._swarm = console.read_spec(spec)
-        self.middleware = middleware_of(self._swarm.distro)
         there = _island(self._swarm, self.topic, island, host)
+        self.middleware = middleware_of(there.distro)
         if host and host not in there.hosts:
             _no("--host", host, f"island {there.name} has", there.hosts)
         self._host = host or there.hub

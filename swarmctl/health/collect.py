@@ -29,10 +29,11 @@ def probe_hosts(
     ``window``: how long to listen to each topic, s.
     """
     requests = {host.name: request(graph, host, window) for host in graph.hosts}
+    probes = {host.name: host.probe for host in graph.hosts}
     patience = max(window, LONGEST_LISTENING) + _AROUND
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Answer:
-        with agent_client.agent_session(session, verbs=("probe",), module=graph.probe) as host:
+        with agent_client.agent_session(session, verbs=("probe",), module=probes[target.host]) as host:
             data = host.request(requests[target.host], timeout=patience)
             return answer_of(data, received=time.time())
 

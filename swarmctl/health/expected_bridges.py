@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from swarmctl.render.middleware import middleware_of
 from swarmctl.render.multimaster import provider_of
 from swarmctl.swarm import names
-from swarmctl.swarm.resolved import Island, Robot, Swarm
+from swarmctl.swarm.resolved import Island, Robot, Swarm, carrier
 from swarmctl.swarm.topics import DIAGNOSTICS
 
 
@@ -38,17 +38,17 @@ def bridges_of(swarm: Swarm) -> tuple[ExpectedBridge, ...]:
     """Returns every bridged topic, once per pair of islands, in the order of the spec."""
     islands = {island.name: island for island in swarm.islands}
     robots = {robot.namespace: robot for robot in swarm.robots.values()}
-    type_name = middleware_of(swarm.distro).type_name
-    relayed = provider_of(swarm.multimaster, swarm.distro).relays
     found: dict[tuple[str, str, str], ExpectedBridge] = {}
     for one in swarm.bridges:
         origin = islands[one.origin]
         publishing = tuple(robot.name for robot in _publishing(one.topic, swarm, origin, robots))
-        for to in one.to:
-            hubs = origin.hub, islands[to].hub
-            kind = type_name(one.type)
-            bridge = ExpectedBridge(one.topic, kind, one.origin, hubs[0], to, hubs[1], publishing, relayed)
-            found.setdefault((one.topic, one.origin, to), bridge)
+        for to in map(islands.__getitem__, one.to):
+            relayed = provider_of(swarm.multimaster, carrier(origin, to).distro).relays
+            kind = middleware_of(to.distro).type_name(one.type)
+            bridge = ExpectedBridge(
+                one.topic, kind, one.origin, origin.hub, to.name, to.hub, publishing, relayed
+            )
+            found.setdefault((one.topic, one.origin, to.name), bridge)
     return tuple(found.values())
 
 
@@ -82,5 +82,6 @@ def multimaster_of(swarm: Swarm, hub: str, units: tuple[str, ...]) -> ExpectedMu
     unit = names.unit(swarm.name, names.MULTIMASTER)
     if unit not in units:
         return None
-    nodes = provider_of(swarm.multimaster, swarm.distro).nodes(swarm, swarm.island_of(hub))
+    island = swarm.island_of(hub)
+    nodes = provider_of(swarm.multimaster, island.distro).nodes(swarm, island)
     return ExpectedMultimaster(unit, nodes.names, nodes.reporter)

@@ -14,14 +14,13 @@ from swarmctl.health.expected_bridges import (
 )
 from swarmctl.health.expected_programs import ExpectedProgram, programs_of
 from swarmctl.links.bluetooth_link import RfcommLine
-from swarmctl.render.middleware import DiscoveryServers, ExpectedDriver, Middleware, middleware_of
+from swarmctl.render.middleware import DiscoveryServers, ExpectedDriver, middleware_at
 from swarmctl.resources import HostModule
 from swarmctl.robot_types.ros_driver import VELOCITIES
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import (
     Commander,
     Host,
-    Island,
     Robot,
     Swarm,
 )
@@ -73,7 +72,8 @@ class ExpectedRobot(ExpectedDriver):
 class ExpectedHost:
     """A host, the release it should run, and the master its nodes should reach (no URI where none runs).
 
-    ``servers``: those over which the nodes of its island find each other, if they need some.
+    ``servers``: those over which the nodes of its island find each other, if they need some. ``probe``
+    observes the graph. ``velocities``: the types of a topic on which a driver might take commands.
     """
 
     name: str
@@ -82,6 +82,7 @@ class ExpectedHost:
     advertised: str
     optional: bool
     release: Release
+    probe: HostModule
     island: str
     hub: str
     master_uri: str
@@ -91,6 +92,7 @@ class ExpectedHost:
     multimaster: ExpectedMultimaster | None = None
     programs: tuple[ExpectedProgram, ...] = ()
     servers: DiscoveryServers | None = None
+    velocities: tuple[str, ...] = VELOCITIES
 
     @property
     def is_hub(self) -> bool:
@@ -104,17 +106,14 @@ class ExpectedGraph:
 
     ``addresses`` maps each island to what may stand for a host in the URIs of its nodes. ``simulated_time``:
     nodes take their time from /clock. ``program_topics``: what programs of any host declare to publish.
-    ``velocities``: the types of a topic on which a driver might take commands.
     """
 
     swarm: str
     hosts: tuple[ExpectedHost, ...]
-    probe: HostModule
     bridges: tuple[ExpectedBridge, ...] = ()
     addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     simulated_time: bool = False
     program_topics: tuple[str, ...] = ()
-    velocities: tuple[str, ...] = VELOCITIES
 
     @property
     def robots(self) -> tuple[ExpectedRobot, ...]:
@@ -129,27 +128,23 @@ class ExpectedGraph:
 
 def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGraph:
     """Returns what the hosts in ``releases`` should show. A bridge is part of it if both its hubs are."""
-    middleware = middleware_of(swarm.distro)
-    hosts = (_host(swarm, middleware, swarm.hosts[name], release) for name, release in releases.items())
+    hosts = (_host(swarm, swarm.hosts[name], release) for name, release in releases.items())
     bridges = (one for one in bridges_of(swarm) if {one.origin_hub, one.hub} <= releases.keys())
     places = {island.name: swarm.uri_hosts_of(island) for island in swarm.islands}
     programs = (one for host in swarm.hosts.values() for one in programs_of(swarm, host))
     topics = tuple(dict.fromkeys(name for one in programs for name, _ in one.publishes))
-    velocities = tuple(map(middleware.type_name, VELOCITIES))
     return ExpectedGraph(
         swarm.name,
         tuple(hosts),
-        middleware.probe,
         tuple(bridges),
         places,
         swarm.use_sim_time,
         topics,
-        velocities,
     )
 
 
-def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) -> ExpectedHost:
-    island: Island = swarm.island_of(host.name)
+def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:
+    island, middleware = swarm.island_of(host.name), middleware_at(swarm, host.name)
     master = middleware.master(swarm, island)
     return ExpectedHost(
         name=host.name,
@@ -158,6 +153,7 @@ def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) ->
         advertised=host.advertised,
         optional=host.optional,
         release=release,
+        probe=middleware.probe,
         island=island.name,
         hub=island.hub,
         master_uri=master.uri if master else "",
@@ -170,6 +166,7 @@ def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) ->
         multimaster=multimaster_of(swarm, island.hub, release.units) if host.name == island.hub else None,
         programs=programs_of(swarm, host),
         servers=middleware.discovery_servers(swarm, island),
+        velocities=tuple(map(middleware.type_name, VELOCITIES)),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from swarmctl.render.bundle import package
-from swarmctl.render.middleware import middleware_of
+from swarmctl.render.middleware import middleware_at
 from swarmctl.spec.program_model import Container
 from swarmctl.swarm.resolved import Host, Program, Swarm
 from swarmctl.swarm.topics import CLOCK, DriverTopic
@@ -49,7 +49,7 @@ def _program(swarm: Swarm, host: Host, program: Program) -> ExpectedProgram:
         (*([declared.package] if declared.package else []), *declared.requires) if declared.optional else ()
     )
     packages = tuple(dict.fromkeys(needed))
-    middleware = middleware_of(swarm.distro)
+    middleware = middleware_at(swarm, host.name)
     node = middleware.program(swarm, program)
     return ExpectedProgram(
         name=program.name,

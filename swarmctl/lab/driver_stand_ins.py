@@ -108,9 +108,9 @@ def state_in(root: Path | None, stand_in: StandIn) -> dict[str, Any]:
 
 
 def _stand_in(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> StandIn:
-    ros = driver.ros
+    ros, ros2 = driver.ros, is_ros2(swarm.distro_of(robot.host))
     types = dict.fromkeys(one.type.partition("/")[0] for one in ros.publishes)
-    launcher = (LAUNCHER,) if ros.launch is not None and is_ros2(swarm.distro) else ()
+    launcher = (LAUNCHER,) if ros.launch is not None and ros2 else ()
     needed = (*ros.packages, *launcher)
     return StandIn(
         robot=robot.name,
@@ -124,7 +124,7 @@ def _stand_in(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> StandIn:
         state=f"/run/{names.runtime_folder(swarm.name, robot.name)}/{STATE_FILE}",
         requires=tuple(one for one in needed if one not in {ros.package, *swarm.packages}),
         messages=tuple(one for one in types if one not in swarm.packages),
-        config=json.dumps(_config(robot, driver, names.ros2_name if is_ros2(swarm.distro) else str)),
+        config=json.dumps(_config(robot, driver, names.ros2_name if ros2 else str)),
     )
 
 

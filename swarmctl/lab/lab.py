@@ -16,7 +16,7 @@ from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX
 from swarmctl.lab.faults import kinds, power_faults
 from swarmctl.lab.faults.fault_kind import RunningLab, running_lab
 from swarmctl.lab.host_startup import wait_for_hosts
-from swarmctl.lab.hosts import image, network, nspawn, processes
+from swarmctl.lab.hosts import network, nspawn, processes
 from swarmctl.lab.lab_plan import LabHost, LabPlan, LabRobot
 from swarmctl.lab.lab_state import State, read_state
 from swarmctl.lab.paths import LabPaths, lab_paths
@@ -50,13 +50,8 @@ def up(plan: LabPlan, progress: Progress) -> None:
     preparation.require_cgroups(files)
     if not files.state.exists():
         with _step(progress, "image") as note:
-            whole = image.ensure(
-                lambda line: progress(f"  image: {line}"),
-                distro=plan.distro,
-                compilers=plan.compilers,
-                engines=plan.engines,
-            )
-            note(str(whole))
+            images = preparation.images_of(plan, lambda line: progress(f"  image: {line}"))
+            note(", ".join(dict.fromkeys(map(str, images.values()))))
     with paths.locked(files.directory):
         state = preparation.load_or_create(files, plan)
         if report := supervisor_client.status(files):
@@ -112,13 +107,13 @@ def _emulation(robot: LabRobot) -> tuple[str, str]:
 
 
 def _stand_in(one: StandIn, state: State) -> str:
-    if place := state.installed_in(one.package):
+    if place := state.installed_in(one.host, one.package):
         return f"{one.starter} is in {place}"
-    replaced = ", ".join((one.starter, *state.lacking(one.requires)))
+    replaced = ", ".join((one.starter, *state.lacking(one)))
     lost = ", ".join(state.missing_messages(one))
     then = (
         "its topics are left out"
-        if is_ros2(state.plan.distro)
+        if is_ros2(state.plan.host(one.host).distro)
         else "messages of it are not shown: they are empty"
     )
     without = f"; the lab lacks {lost}, so {then}" if lost else ""

@@ -56,6 +56,7 @@ class LabHost:
     """A Debian host with the address of the spec; its interfaces are in the order of the links.
 
     ``alias`` is the name that the spec has instead of an address; every host of the lab resolves it.
+    ``distro``: of ROS.
     """
 
     name: str
@@ -64,6 +65,7 @@ class LabHost:
     port: int
     interfaces: tuple[Interface, ...]
     alias: str = ""
+    distro: str = ""
 
 
 @dataclass(frozen=True)
@@ -100,8 +102,8 @@ class Workspace:
 class LabPlan:
     """Everything that ``lab up`` creates. Equal plans describe the same lab.
 
-    ``distro``: of ROS; ``compilers``: its hosts have what builds packages, and what these run with;
-    ``engines``: of containers, such as podman.
+    ``compilers``: its hosts have what builds packages, and what these run with; ``engines``: of containers,
+    such as podman.
     """
 
     name: str
@@ -113,7 +115,6 @@ class LabPlan:
     stand_ins: tuple[StandIn, ...] = ()
     compilers: bool = False
     engines: tuple[str, ...] = ()
-    distro: str = ""
 
     def host(self, name: str) -> LabHost:
         """Returns the host of that name. Raises ``LabError`` if there is none."""
@@ -126,6 +127,11 @@ class LabPlan:
     def robots_on(self, host: str) -> tuple[LabRobot, ...]:
         """Returns the robots whose lines are on ``host``."""
         return tuple(robot for robot in self.robots if robot.host == host)
+
+    @property
+    def distros(self) -> tuple[str, ...]:
+        """The ROS distributions of its hosts."""
+        return tuple(dict.fromkeys(host.distro for host in self.hosts))
 
     @property
     def aliases(self) -> tuple[tuple[str, str], ...]:
@@ -157,7 +163,6 @@ class LabPlan:
             stand_ins=tuple(StandIn.from_json(one) for one in data.get("stand_ins", ())),
             compilers=data.get("compilers", False),
             engines=tuple(data.get("engines", ())),
-            distro=data.get("distro", ""),
         )
 
 
@@ -225,6 +230,7 @@ def plan_of(
                 port=host.port,
                 interfaces=tuple(interfaces[host.name]),
                 alias=host.address if ip_of(host.address) is None else "",
+                distro=swarm.distro_of(host.name),
             )
             for host in swarm.hosts.values()
         ),
@@ -244,7 +250,6 @@ def plan_of(
         ),
         stand_ins=stand_ins,
         engines=tuple(sorted({one.engine for one in _containers(swarm)})),
-        distro=swarm.distro,
     )
 
 

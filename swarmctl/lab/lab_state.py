@@ -1,9 +1,9 @@
-"""The state file of a lab: its plan and the image under its disks."""
+"""The state file of a lab: its plan and the images under its disks."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,38 +12,39 @@ from swarmctl.lab.errors import LabError
 from swarmctl.lab.lab_plan import LabPlan
 from swarmctl.lab.paths import LabPaths
 
-FORMAT = 2
+FORMAT = 3
 
 
 @dataclass(frozen=True)
 class State:
-    """What a lab is built from."""
+    """What a lab is built from. ``images``: by ROS distribution."""
 
     plan: LabPlan
-    image: Path
+    images: Mapping[str, Path]
 
     @property
     def stand_ins(self) -> tuple[StandIn, ...]:
         """The stand-ins that hosts get: for packages that are not installed."""
         return tuple(
-            replace(one, requires=self.lacking(one.requires))
+            replace(one, requires=self.lacking(one))
             for one in self.plan.stand_ins
-            if not self.installed_in(one.package)
+            if not self.installed_in(one.host, one.package)
         )
 
-    def installed_in(self, package: str) -> str:
-        """Returns where a ROS package is: the workspace, the image, or nothing."""
+    def installed_in(self, host: str, package: str) -> str:
+        """Returns where ``host`` has a ROS package: the workspace, the image, or nothing."""
         if any(holds(space / "share", package) for space in self._spaces):
             return "the workspace"
-        return "the image" if holds(self.image / share(self.plan.distro), package) else ""
+        distro = self.plan.host(host).distro
+        return "the image" if holds(self.images[distro] / share(distro), package) else ""
 
-    def lacking(self, packages: Iterable[str]) -> tuple[str, ...]:
-        """Returns the ROS packages that neither the image nor the workspace has."""
-        return tuple(one for one in packages if not self.installed_in(one))
+    def lacking(self, stand_in: StandIn) -> tuple[str, ...]:
+        """Returns the required ROS packages that its host has neither in the image nor the workspace."""
+        return tuple(one for one in stand_in.requires if not self.installed_in(stand_in.host, one))
 
     def missing_messages(self, stand_in: StandIn) -> tuple[str, ...]:
         """Returns the message packages that hosts lack: topics of these types have no content."""
-        roots = (self.image, *self._spaces)
+        roots = (self.images[self.plan.host(stand_in.host).distro], *self._spaces)
         return tuple(one for one in stand_in.messages if not any(has_messages(root, one) for root in roots))
 
     @property
@@ -54,7 +55,8 @@ class State:
 
 def write_state(files: LabPaths, state: State) -> None:
     """Replaces the state file atomically; only root can read it."""
-    document = {"format": FORMAT, "image": str(state.image), "plan": state.plan.to_json()}
+    images = {distro: str(image) for distro, image in state.images.items()}
+    document = {"format": FORMAT, "images": images, "plan": state.plan.to_json()}
     fresh = files.state.with_suffix(".new")
     fresh.write_text(json.dumps(document, indent=1) + "\n")
     fresh.chmod(0o600)
@@ -74,4 +76,5 @@ def read_state(files: LabPaths) -> State:
             f"lab {files.name} was made by another version of swarmctl",
             "run `swarmctl lab down` and `lab up` again",
         )
-    return State(LabPlan.from_json(document["plan"]), Path(document["image"]))
+    images = {distro: Path(image) for distro, image in document["images"].items()}
+    return State(LabPlan.from_json(document["plan"]), images)

@@ -40,6 +40,14 @@ def require_cgroups(files: LabPaths) -> None:
         raise LabError("no cgroup tree is mounted on this machine", "mount -t cgroup2 none /sys/fs/cgroup")
 
 
+def images_of(plan: LabPlan, progress: image.Progress) -> dict[str, Path]:
+    """Returns the image for each ROS distribution, built where it is missing. Raises ``LabError``."""
+    return {
+        one: image.ensure(progress, distro=one, compilers=plan.compilers, engines=plan.engines)
+        for one in plan.distros
+    }
+
+
 def load_or_create(files: LabPaths, plan: LabPlan) -> State:
     """Reads the state of the lab, or writes a new one.
 
@@ -52,13 +60,12 @@ def load_or_create(files: LabPaths, plan: LabPlan) -> State:
                 f"lab {plan.name} is up with other hosts, links or robots, or another workspace",
                 "run `swarmctl lab down` first, or give this lab another name (--name)",
             )
-        if not state.image.is_dir():
+        if gone := [one for one in state.images.values() if not one.is_dir()]:
             raise LabError(
-                f"the image {state.image} of lab {plan.name} is gone", "run `swarmctl lab down`, then `up`"
+                f"the image {gone[0]} of lab {plan.name} is gone", "run `swarmctl lab down`, then `up`"
             )
         return state
-    whole = image.ensure(lambda _: None, distro=plan.distro, compilers=plan.compilers, engines=plan.engines)
-    state = State(plan, whole)
+    state = State(plan, images_of(plan, lambda _: None))
     write_state(files, state)
     return state
 
@@ -78,11 +85,11 @@ def prepare_disks(files: LabPaths, state: State) -> int:
         return disks.prepare(
             host,
             files.host(host.name),
-            state.image,
+            state.images[host.distro],
             authorized,
             workspace=plan.workspace,
             stand_ins=[one for one in stand_ins if one.host == host.name],
-            distro=plan.distro,
+            distro=host.distro,
             aliases=plan.aliases,
             engines=plan.engines,
         )

@@ -214,7 +214,7 @@ class Supervisor:
             delegated=supervisor_start.SYSTEMD_RUNS.is_dir(),
         )
         for host in plan.hosts:
-            for argv in nspawn.mount_argvs(state.image, files.host(host.name)):
+            for argv in nspawn.mount_argvs(state.images[host.distro], files.host(host.name)):
                 run(argv)
         self.runners = {
             host.name: HostRunner(host, files, groups, plan.workspace, plan.engines) for host in plan.hosts

@@ -13,13 +13,16 @@ from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.launch_uses import LaunchUse, launch_uses
 from swarmctl.render.middleware import Capability, Middleware, middleware_of
 from swarmctl.render.multimaster import joins_islands
+from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages, with_messages_of
+from swarmctl.swarm.addresses import Ip
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.discovery import FROM_OUTSIDE
 from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.modes import distro_of
 from swarmctl.swarm.ports import Listener
-from swarmctl.swarm.resolved import Bridge
+from swarmctl.swarm.resolved import Bridge, Island
 from swarmctl.swarm.robot_urdfs import RobotUrdfs, urdfs_of
 from swarmctl.swarm.ros_processes import ros_processes
 from swarmctl.swarm.topic_origins import Publishers
@@ -39,14 +42,15 @@ class RuleContext(SwarmIndex):
         return self.document.span(*loc, key=key)
 
     @cached_property
-    def middleware(self) -> Middleware:
-        """What carries the topics."""
-        return middleware_of(self.spec.ros.distro)
+    def distros(self) -> Mapping[str, Middleware]:
+        """The ROS distributions of its islands, each with what carries its topics."""
+        names = dict.fromkeys(one.distro for one in self.islands) or (self.spec.ros.distro,)
+        return {name: middleware_of(name) for name in names}
 
     @property
-    def has_masters(self) -> bool:
-        """Whether the nodes of an island have a master."""
-        return "master" in self.middleware.capabilities
+    def middleware(self) -> Middleware:
+        """What carries the topics, of the first distribution."""
+        return next(iter(self.distros.values()))
 
     @property
     def launches_executables(self) -> bool:
@@ -54,10 +58,34 @@ class RuleContext(SwarmIndex):
         return "launch-xml" in self.middleware.capabilities
 
     @cached_property
+    def parts(self) -> tuple[RuleContext, ...]:
+        """What belongs to each ROS distribution."""
+        return (self,) if len(self.distros) == 1 else tuple(_OneDistro(self, one) for one in self.distros)
+
+    def distro_of_host(self, host: str | None) -> str:
+        """The ROS distribution of a host."""
+        return distro_of(self.spec, host)
+
+    def can(self, capability: Capability) -> bool:
+        """True if the middleware of any distribution has a capability."""
+        return any(capability in one.capabilities for one in self.distros.values())
+
+    @property
+    def has_masters(self) -> bool:
+        """Whether the nodes of an island have a master."""
+        return self.can("master")
+
+    @cached_property
+    def common_topics(self) -> Mapping[str, str]:
+        """The topics that every graph has, each with its type."""
+        return {topic: kind for one in self.distros.values() for topic, kind in one.topics.items()}
+
+    @cached_property
     def joins_islands(self) -> bool:
         """Whether something carries topics from island to island."""
-        seen = not self.spec.ros.sros2 and all(one.discovery.method in FROM_OUTSIDE for one in self.islands)
-        return (self.has_masters or seen) and joins_islands(self.spec.multimaster, self.spec.ros.distro)
+        without = [one for one in self.islands if not one.has_master]
+        seen = not self.spec.ros.sros2 and all(one.discovery.method in FROM_OUTSIDE for one in without)
+        return (not without or seen) and joins_islands(self.spec.multimaster, tuple(self.distros))
 
     @cached_property
     def messages(self) -> MessageCatalog:
@@ -79,7 +107,7 @@ class RuleContext(SwarmIndex):
         """True if ROS connects a publisher and a subscriber of these message types: it compares checksums."""
         if one == other:
             return True
-        sums = self.messages.sums if "ros1-nodes" in self.middleware.capabilities else {}
+        sums = self.messages.sums if self.can("ros1-nodes") else {}
         return bool(sums.get(one)) and sums[one] == sums.get(other)
 
     def command_timeout_loc(self, robot: str) -> Loc:
@@ -133,6 +161,33 @@ class RuleContext(SwarmIndex):
         return tuple(host_budgets(self, self.bridges))
 
 
+class _OneDistro(RuleContext):
+    """What of a document belongs to one ROS distribution: its hosts with their programs and drivers."""
+
+    def __init__(self, whole: RuleContext, distro: str) -> None:
+        super().__init__(whole.document)
+        self._distro = distro
+        hosts, programs = whole.program_hosts, self.spec.programs
+        here = {name: one for name, one in programs.items() if self._is_here(hosts[name])}
+        if len(here) < len(programs):
+            self.spec = self.spec.model_copy(update={"programs": here})
+
+    def _is_here(self, host: str | None) -> bool:
+        return self.distro_of_host(host) == self._distro
+
+    @cached_property
+    def islands(self) -> tuple[Island, ...]:
+        return tuple(one for one in super().islands if one.distro == self._distro)
+
+    @cached_property
+    def ros_drivers(self) -> Mapping[str, RosDriver]:
+        return {name: one for name, one in super().ros_drivers.items() if self._is_here(self.driving[name])}
+
+    @cached_property
+    def addresses(self) -> Mapping[str, Ip | None]:
+        return {name: one for name, one in super().addresses.items() if self._is_here(name)}
+
+
 Find = Callable[[RuleContext], Iterator[Diagnostic]]
 
 
@@ -143,14 +198,18 @@ class Rule:
     ids: tuple[str, ...]
     find: Find
     names: bool  # runs first: the other rules look things up by the names it checks
-    needs: Capability | None  # holds for middlewares that have it
+    needs: Capability | None  # is about what belongs to middlewares that have it
+    by_distro: bool  # is about what belongs to one ROS distribution
 
     def __call__(self, context: RuleContext) -> Iterator[Diagnostic]:
         """Yields the findings of the rule."""
-        held = self.needs is None or self.needs in context.middleware.capabilities
-        return self.find(context) if held else iter(())
+        for part in context.parts if self.needs or self.by_distro else (context,):
+            if self.needs is None or self.needs in part.middleware.capabilities:
+                yield from self.find(part)
 
 
-def rule(*ids: str, names: bool = False, needs: Capability | None = None) -> Callable[[Find], Rule]:
-    """Makes a function the rule that reports ``ids``; ``names`` and ``needs`` as in `Rule`."""
-    return lambda find: Rule(ids, find, names, needs)
+def rule(
+    *ids: str, names: bool = False, needs: Capability | None = None, by_distro: bool = False
+) -> Callable[[Find], Rule]:
+    """Makes a function the rule that reports ``ids``; ``names``, ``needs`` and ``by_distro`` as in `Rule`."""
+    return lambda find: Rule(ids, find, names, needs, by_distro)

@@ -16,7 +16,7 @@ from swarmctl.plan.busy_robots import BUSY
 from swarmctl.plan.plan import HostPlan, Kind, Problem
 from swarmctl.render.multimaster import provider_of
 from swarmctl.swarm import names
-from swarmctl.swarm.resolved import Commander, Robot, Swarm, island_by_host
+from swarmctl.swarm.resolved import Commander, Robot, Swarm, carrier, island_by_host
 
 Stops = Mapping[str, Collection[str]]
 """The units that stop or restart, by host."""
@@ -112,14 +112,17 @@ class Dependents:
 
     def _needs_multimaster(self, host: str) -> _Needs:
         own = [island for island in self.swarm.islands if island.hub == host]
-        only_receivers = provider_of(self.swarm.multimaster, self.swarm.distro).only_receivers
+        everywhere = [
+            one for one in own if not provider_of(self.swarm.multimaster, one.distro).only_receivers
+        ]
 
         def needs(robot: Robot, commanders: Sequence[Commander], node: str) -> bool:
             to = self._home.get(robot.host)
             origins = [self._home.get(self._host_of(one)) for one in commanders]
             crossing = [one for one in origins if one != to]
+            carried = [carrier(one, to) for one in crossing if one is not None and to is not None]
             return bool(crossing) and (
-                not own or to in own or (not only_receivers and any(one in own for one in crossing))
+                not own or any(one in own for one in carried) or any(one in everywhere for one in crossing)
             )
 
         return needs

@@ -39,7 +39,7 @@ class Build:
 def keys_of(swarm: Swarm, host: str, platform: str) -> dict[str, str]:
     """Returns the keys of all builds that a host of this platform needs, by package."""
     return {
-        one.name: build_key(one.name, swarm.packages, swarm.distro, platform)
+        one.name: build_key(one.name, swarm.packages, swarm.distro_of(host), platform)
         for one in on_host(swarm, swarm.hosts[host])
         if one.built_by
     }

@@ -55,9 +55,9 @@ def needs_of(swarm: Swarm, host: Host, bundle: Bundle) -> HostNeeds:
         swarm=swarm.name,
         host=host.name,
         account=host.user,
-        distro=swarm.distro,
+        distro=swarm.distro_of(host.name),
         packages=(
-            *_needs((*bundle.asks, *bundle.wants), entries, swarm.distro),
+            *_needs((*bundle.asks, *bundle.wants), entries, swarm.distro_of(host.name)),
             *package_needs(swarm, host),
             *(
                 PackageRequirement("", (name,), who)

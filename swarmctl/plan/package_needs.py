@@ -20,7 +20,7 @@ _TOOLS = ("catkin", "rosgraph")  # rosgraph has the version of ROS, which is par
 
 def package_needs(swarm: Swarm, host: Host) -> Iterator[PackageRequirement]:
     """Yields the needs of the packages of ``host``, and those of all builds on a builder."""
-    run: dict[str, Entries] = {}
+    distro, run = swarm.distro_of(host.name), dict[str, Entries]()
     for one in on_host(swarm, host):
         _add(swarm, run, one.name, one.to_run)
     build: dict[str, Entries] = {}
@@ -31,10 +31,10 @@ def package_needs(swarm: Swarm, host: Host) -> Iterator[PackageRequirement]:
         build |= dict.fromkeys(_TOOLS, entries)
         yield from (PackageRequirement("", (name,), entries) for name in _COMPILERS)
     for key, who in build.items():
-        yield _need(swarm.distro, key, (*who, *run.pop(key, ())), headers=True)
+        yield _need(distro, key, (*who, *run.pop(key, ())), headers=True)
     for key, who in run.items():
         headers = any(one.built_by and one.origin in who for one in swarm.packages.values())
-        yield _need(swarm.distro, key, who, headers=headers)
+        yield _need(distro, key, who, headers=headers)
 
 
 def _add(swarm: Swarm, found: dict[str, Entries], name: str, keys: frozenset[str]) -> None:

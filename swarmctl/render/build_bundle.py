@@ -10,8 +10,8 @@ from typing import Any
 from swarmctl.render import bluetooth, firewall, maintenance_file
 from swarmctl.render.bundle import Bundle, File, Part, Unit
 from swarmctl.render.host_os import Preparation
-from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster import provider_of, runs_on
+from swarmctl.render.middleware import middleware_at
+from swarmctl.render.multimaster import running_on
 from swarmctl.render.quoting import render
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Swarm
@@ -28,21 +28,21 @@ def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
         return {
             name: _bundle(swarm, host, (*preparation.parts(host), *_swarm_parts(swarm, host)))
             if name in members
-            else Bundle(swarm=swarm.name, host=name, distro=swarm.distro)
+            else Bundle(swarm=swarm.name, host=name, distro=swarm.distro_of(name))
             for name, host in swarm.hosts.items()
         }
 
 
 def _swarm_parts(swarm: Swarm, host: Host) -> Iterator[Part]:
     """The firewall, robots, multimaster and programs of ``host``, in the start order of their units."""
-    island, middleware = swarm.island_of(host.name), middleware_of(swarm.distro)
-    provider = provider_of(swarm.multimaster, swarm.distro)
+    island, middleware = swarm.island_of(host.name), middleware_at(swarm, host.name)
+    running = running_on(swarm.multimaster, swarm.islands, swarm.carriers)
     yield from firewall.parts(swarm, host)
     yield from bluetooth.parts(swarm, host)
     yield from middleware.robots(swarm, host, island)
     yield maintenance_file.part(swarm, host)
-    if host.name == island.hub and runs_on(provider, len(swarm.islands), island.name in swarm.received):
-        yield from provider.parts(swarm, host, island)
+    if host.name == island.hub and island.name in running:
+        yield from running[island.name].parts(swarm, host, island)
     yield from middleware.programs(swarm, host)
     yield Part(files=tuple(middleware.launch_files(swarm, host, island)))
 
@@ -57,7 +57,7 @@ def _bundle(swarm: Swarm, host: Host, parts: tuple[Part, ...]) -> Bundle:
     every = (Part(links=links), *parts, last)
     joined = {one.name: _joined([getattr(part, one.name) for part in every]) for one in fields(Part)}
     joined["files"] = tuple(sorted(joined["files"], key=lambda file: file.path))
-    return Bundle(**joined, swarm=swarm.name, host=host.name, distro=swarm.distro)
+    return Bundle(**joined, swarm=swarm.name, host=host.name, distro=swarm.distro_of(host.name))
 
 
 def _joined(values: Sequence[Any]) -> Any:

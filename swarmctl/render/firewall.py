@@ -52,7 +52,7 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         "firewall.nft",
         table=names.firewall_table(swarm.name),
         ssh=host.port,
-        accounts=tuple(dict.fromkeys(("root", host.user, *_lookers(swarm)))),
+        accounts=tuple(dict.fromkeys(("root", host.user, *_lookers(island)))),
         offered=list(_offered(swarm, host, island)),
         used=list(_used(swarm, host)),
     )
@@ -72,9 +72,9 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
     yield Part(files, (Unit(name, tuple(file.path for file in files)),), requires={"nft": ("security",)})
 
 
-def _lookers(swarm: Swarm) -> Iterator[str]:
+def _lookers(island: Island) -> Iterator[str]:
     """The account under which `status` looks at a graph without a master: by a node on each host."""
-    if "master" not in middleware_of(swarm.distro).capabilities:
+    if not island.has_master:
         yield str(observe.ACCOUNT)
 
 
@@ -124,11 +124,11 @@ def _used(swarm: Swarm, host: Host) -> Iterator[_Rule]:
 def _services(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[Service, Sequence[PortRange]]]:
     """What ``host`` listens on for others: only the hub of its ``island`` has a master and a multimaster."""
     is_hub = host.name == island.hub
-    for service, ports in middleware_of(swarm.distro).ports(island).items():
+    for service, ports in middleware_of(island.distro).ports(island).items():
         if is_hub or service is not Service.MASTER:
             yield service, ports
     if is_hub and len(swarm.islands) > 1:
-        yield Service.MULTIMASTER, provider_of(swarm.multimaster, swarm.distro).ports(swarm, island)
+        yield Service.MULTIMASTER, provider_of(swarm.multimaster, island.distro).ports(swarm, island)
 
 
 def _rule(

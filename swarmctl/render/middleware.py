@@ -201,6 +201,11 @@ class Middleware(Protocol):
         """Yields what to do on a host that lacks ``missing``, entries of ``Bundle.requires``."""
 
 
+def middleware_at(swarm: Swarm, host: str) -> Middleware:
+    """Returns the middleware of a host."""
+    return middleware_of(swarm.distro_of(host))
+
+
 def middleware_of(distro: str) -> Middleware:
     """Returns the middleware of a ROS distribution. Raises KeyError if none is registered."""
     return cast(Middleware, MIDDLEWARES.get(distro))

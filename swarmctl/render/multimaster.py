@@ -6,18 +6,19 @@ To add one, write an object with the members of ``MultimasterProvider`` and regi
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, cast
 
 from swarmctl.plugins import MULTIMASTERS
 from swarmctl.render.bundle import Part
-from swarmctl.render.middleware import Capability, middleware_of
+from swarmctl.render.middleware import Capability
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, PortRange
-from swarmctl.swarm.resolved import Host, Island, Swarm
+from swarmctl.swarm.providers import joins, provider_name
+from swarmctl.swarm.resolved import Host, Island, Swarm, alike
 
 
 @dataclass(frozen=True)
@@ -125,22 +126,17 @@ class _NoProvider(OneNode):
 _NONE = _NoProvider()
 
 
-def provider_name(settings: Multimaster | None, distro: str) -> str:
-    """Returns the provider that ``settings`` name, or that of the middleware; empty if it has none."""
-    return (settings and settings.provider) or middleware_of(distro).multimaster
-
-
 def provider_of(settings: Multimaster | None, distro: str) -> MultimasterProvider:
     """Returns the provider called `provider_name`. Raises KeyError if it is not registered."""
     name = provider_name(settings, distro)
     return cast(MultimasterProvider, MULTIMASTERS.get(name)) if name else _NONE
 
 
-def joins_islands(settings: Multimaster | None, distro: str) -> bool:
-    """Returns True if there is a provider, and it joins islands of the middleware of ``distro``."""
-    provider = provider_of(settings, distro)
-    has = provider.needs is None or provider.needs in middleware_of(distro).capabilities
-    return provider is not _NONE and has
+def joins_islands(settings: Multimaster | None, distros: Collection[str]) -> bool:
+    """Returns True if each of ``distros`` has a provider, and one that ``settings`` name joins some."""
+    named = settings and settings.provider
+    fits = not named or any(joins(named, one) for one in distros)
+    return fits and all(provider_of(settings, one) is not _NONE for one in distros)
 
 
 def providers_with(setting: str) -> Iterator[str]:
@@ -150,6 +146,14 @@ def providers_with(setting: str) -> Iterator[str]:
             yield name
 
 
-def runs_on(provider: MultimasterProvider, islands: int, receives: bool) -> bool:
-    """Returns True if a hub runs ``provider``, given the number of islands and whether it receives topics."""
-    return provider is not _NONE and islands > 1 and (receives or not provider.only_receivers)
+def running_on(
+    settings: Multimaster | None, islands: Sequence[Island], carriers: Collection[str]
+) -> Mapping[str, MultimasterProvider]:
+    """Returns the provider that the hub of each island runs, by island; ``carriers``: with bridged topics."""
+    providers = ((one, provider_of(settings, one.distro)) for one in islands)
+    return {
+        one.name: provider
+        for one, provider in providers
+        if provider is not _NONE
+        and (one.name in carriers or (not provider.only_receivers and len(alike(islands, one)) > 1))
+    }

@@ -25,9 +25,9 @@ def requests(
 
     ``accounts``: as whom each host is logged in to; ``megabytes``: of a bag, until a new one begins.
     """
-    middleware = middleware_of(swarm.distro)
     found: dict[str, RecordRequest] = {}
     for island in swarm.islands:
+        middleware = middleware_of(island.distro)
         master = middleware.master(swarm, island)
         hosts = {name: swarm.hosts[name] for name in island.hosts}
         homes = {

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from swarmctl.render.bundle import ROOT
-from swarmctl.render.middleware import middleware_of
 from swarmctl.swarm import names
 from swarmctl.swarm.flow import Service
 from swarmctl.swarm.resolved import Host, Island, Swarm
@@ -54,10 +53,10 @@ def robots_with_nodes(swarm: Swarm, island: Island) -> Iterator[str]:
 
 def groups(swarm: Swarm, island: Island) -> Iterator[str]:
     """Yields the multicast group in which hosts of ``island`` discover others, if any."""
-    if "master" not in middleware_of(swarm.distro).capabilities:
+    if not island.has_master:
         if island.discovery.method == "multicast":
             yield DDS_GROUP
-    elif any(flow.service is Service.MULTIMASTER for flow in swarm.flows):
+    elif any(flow.service is Service.MULTIMASTER and island.hub in flow.hosts for flow in swarm.flows):
         yield swarm.multimaster.group
 
 

@@ -47,7 +47,7 @@ def loopback_addresses(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("NET003", "NET011")
+@rule("NET003", "NET011", by_distro=True)
 def unsuitable_addresses(context: RuleContext) -> Iterator[Diagnostic]:
     """An address at which no ROS 1 node is reachable, or that may change at each boot."""
     masters, ros = context.has_masters, context.spec.ros
@@ -135,7 +135,7 @@ def borrowed_names(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("NET017")
+@rule("NET017", by_distro=True)
 def unlisted_hosts(context: RuleContext) -> Iterator[Diagnostic]:
     """`naming: hosts` with a host that has no IP address for /etc/hosts."""
     need = wanted_version(context)

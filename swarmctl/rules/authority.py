@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.render.middleware import middleware_of
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.command_topics import SENDABLE
+from swarmctl.swarm.resolved import appears_on
 from swarmctl.swarm.subnets import advertised
 from swarmctl.swarm.topics import Endpoint
 from swarmctl.yamltext.edits import append_item, make_fix, remove, set_key
@@ -111,9 +113,11 @@ def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
     robots_by_topic = {**actuators, **context.robots_by_command}
     for one in context.endpoints:
         robots = robots_by_topic.get(one.topic, ()) if one.publishes else ()
-        known = one.host in context.spec.hosts and _names_hosts(context)
-        address = advertised(context.spec, one.host) if known else ""
         for robot in robots:
+            island = context.island_of_robot(robot)
+            there = appears_on(one.host, context.home, island)
+            known = there in context.spec.hosts and _names_hosts(context, context.driving[robot])
+            address = advertised(context.spec, there) if known else ""
             over = context.authority.over(robot)
             if not any(commander.includes(one.node, address) for commander in over):
                 yield _unauthorised(context, one, robot, sets=one.topic in actuators)
@@ -306,25 +310,34 @@ def _checks_commanders(context: RuleContext, robot: str) -> bool:
     return robot not in context.ros_drivers or robot in context.gated
 
 
-def _names_hosts(context: RuleContext) -> bool:
-    return "node-hosts" in context.middleware.capabilities
+def _names_hosts(context: RuleContext, host: str | None) -> bool:
+    """True if the graph in which the nodes of ``host`` are has the host of each node."""
+    return "node-hosts" in middleware_of(context.distro_of_host(host)).capabilities
 
 
 @rule("AUTH012")
 def unrecognised_commanders(context: RuleContext) -> Iterator[Diagnostic]:
     """A host commands, or a program whose nodes have unknown names, and the graph has no hosts of nodes."""
     spec = context.spec
-    for index, control in enumerate(() if _names_hosts(context) else spec.control):
+    for index, control in enumerate(spec.control):
         program = spec.programs.get(control.by)
         named = control.by in spec.robots or (program is not None and program.names_its_node)
-        if named or not any(_checks_commanders(context, robot) for robot in control.of):
+        by = context.commander_host(control.by)
+        checking = [robot for robot in control.of if not named and _checks_commanders(context, robot)]
+        ends = [(robot, one) for robot in checking for one in (context.driving.get(robot), by)]
+        failing = {robot: host for robot, host in ends if not _names_hosts(context, host)}
+        if not failing:
             continue
+        robot, host = next(iter(failing.items()))
+        who = (
+            "no robot recognises" if len(failing) == len(checking) else f"robot `{robot}` does not recognise"
+        )
         here = [name for name, host in context.program_hosts.items() if host == control.by]
         able = [name for name in here if spec.programs[name].names_its_node]
         yield Diagnostic(
             "AUTH012",
-            f"no robot recognises `{control.by}` as its commander: "
-            f"a graph of `{spec.ros.distro}` has the names of nodes, not their hosts",
+            f"{who} `{control.by}` as its commander: "
+            f"a graph of `{context.distro_of_host(host)}` has the names of nodes, not their hosts",
             context.span("control", index, "by"),
             label="a host" if program is None else "its nodes have names of their own",
             help=(
@@ -338,13 +351,12 @@ def unrecognised_commanders(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("AUTH013")
 def robots_without_commanders(context: RuleContext) -> Iterator[Diagnostic]:
     """The leader commands, which no entry of `control` names, and the graph has no hosts of nodes."""
-    if _names_hosts(context):
-        return
     named = {robot for control in context.spec.control for robot in control.of}
     left = [
         robot
         for robot in context.command_topics
         if robot not in named
+        and not _names_hosts(context, context.driving[robot])
         and context.authority.leader_of(robot) is not None
         and _checks_commanders(context, robot)
     ]

@@ -66,7 +66,7 @@ def origins(context: RuleContext) -> Iterator[Diagnostic]:
     """A bridged topic without a publisher, or one that every island has."""
     for loc, crossing in _crossings(context):
         where, topic = (*loc, "topic"), crossing.topic
-        if topic in context.middleware.topics and topic != DIAGNOSTICS:
+        if topic in context.common_topics and topic != DIAGNOSTICS:
             yield Diagnostic(
                 "MM012",
                 f"bridging `{topic}` would send all its messages to the other islands",

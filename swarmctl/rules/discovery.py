@@ -7,10 +7,11 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.render.multimaster import Discovery, provider_name, provider_of, providers_with
+from swarmctl.render.multimaster import Discovery, provider_of, providers_with
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.swarm.modes import MULTIMASTER
+from swarmctl.swarm.providers import provider_name
 from swarmctl.yamltext.edits import append_item, make_fix, remove, replace_value
 from swarmctl.yamltext.source import Loc
 
@@ -26,7 +27,8 @@ def _settings(context: RuleContext) -> Multimaster | None:
 def discovering(context: RuleContext) -> tuple[Multimaster, Discovery] | None:
     """The same with the limits of the discovery; None where the provider discovers nothing (MM015)."""
     settings = _settings(context)
-    limits = provider_of(settings, context.spec.ros.distro).discovery if settings is not None else None
+    found = (provider_of(settings, one).discovery for one in context.distros)
+    limits = next((one for one in found if one is not None), None)
     return (settings, limits) if settings is not None and limits is not None else None
 
 
@@ -177,14 +179,14 @@ def unused_settings(context: RuleContext) -> Iterator[Diagnostic]:
     settings = _settings(context)
     if settings is None:
         return
-    distro = context.spec.ros.distro
-    read = {"provider", "topics", *provider_of(settings, distro).settings}
+    used = {provider_name(settings, one): provider_of(settings, one) for one in context.distros}
+    read = {"provider", "topics"}.union(*(one.settings for one in used.values()))
     for key in type(settings).model_fields:
         if key in settings.model_fields_set and key not in read:
             others = " or ".join(f"`provider: {name}`" for name in providers_with(key))
             yield Diagnostic(
                 "MM015",
-                f"provider `{provider_name(settings, distro)}` does not use `{key}`",
+                f"provider `{'` and `'.join(used)}` does not use `{key}`",
                 context.span("multimaster", key, key=True),
                 label="has no effect",
                 notes=(Note(context.span("multimaster", "provider"), "the provider"),),

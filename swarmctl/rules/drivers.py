@@ -93,9 +93,9 @@ def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("DRIVER004")
 def drivers_of_other_distros(context: RuleContext) -> Iterator[Diagnostic]:
     """A driver that does not exist for the ROS distribution of the swarm."""
-    ros = context.spec.ros
     for name, driver in context.ros_drivers.items():
-        if driver.is_for(ros.distro):
+        distro = context.distro_of_host(context.driving[name])
+        if driver.is_for(distro):
             continue
         robot = context.spec.robots[name]
         kind = context.types[robot.type]
@@ -103,18 +103,26 @@ def drivers_of_other_distros(context: RuleContext) -> Iterator[Diagnostic]:
         others = " and ".join(f"`{one}`" for each in drivers for one in each.distros)
         yield Diagnostic(
             "DRIVER004",
-            f"`{driver.package}`, the driver of robot `{name}`, is not for `{ros.distro}`",
+            f"`{driver.package}`, the driver of robot `{name}`, is not for `{distro}`",
             place_of_driver(context, name),
             label=f"for {others}",
-            notes=(Note(context.span("ros", "distro"), "the distribution"),)
-            if "distro" in ros.model_fields_set
-            else (),
+            notes=tuple(Note(context.span(*loc), "the distribution") for loc in _distro_loc(context, name)),
             help=(
                 "remove `driver`, so that swarmctl's own drives the robot"
                 if name in context.native_robots
-                else f"write a `driver` of the robot with a package for `{ros.distro}`",
+                else f"write a `driver` of the robot with a package for `{distro}`",
             ),
         )
+
+
+def _distro_loc(context: RuleContext, robot: str) -> Iterator[Loc]:
+    """Where the spec sets the ROS distribution of a robot's host; nothing if it does not."""
+    home = context.home.get(context.driving[robot] or "")
+    islands = context.spec.islands
+    if home is not None and home.name in islands and islands[home.name].distro is not None:
+        yield "islands", home.name, "distro"
+    elif "distro" in context.spec.ros.model_fields_set:
+        yield "ros", "distro"
 
 
 class _Transform(NamedTuple):

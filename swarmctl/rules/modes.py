@@ -9,7 +9,7 @@ from swarmctl.linter.context import RuleContext, rule
 from swarmctl.render.multimaster import joins_islands
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode
-from swarmctl.swarm.discovery import FROM_OUTSIDE
+from swarmctl.swarm.discovery import FROM_OUTSIDE, has_master
 from swarmctl.swarm.modes import ROLES, hub_of
 from swarmctl.yamltext.edits import append_item, make_fix, remove, rename_key, replace_value, set_key
 
@@ -33,7 +33,8 @@ def _role(
     context: RuleContext, loc: Loc, within: model.Spec | model.Island, title: str, hosts: tuple[str, ...]
 ) -> Iterator[Diagnostic]:
     role = ROLES.get(Mode(within.mode))
-    duty = role and (role.duty if context.has_masters else role.without_master)
+    distro = getattr(within, "distro", None) or context.spec.ros.distro
+    duty = role and (role.duty if has_master(distro) else role.without_master)
     named = [key for key in ("leader", "hub") if getattr(within, key) is not None]
     if role is not None and not named:
         added = f"add `{role.key}: {hosts[0]}`"
@@ -168,9 +169,9 @@ def unused_islands(context: RuleContext) -> Iterator[Diagnostic]:
 def optional_hubs(context: RuleContext) -> Iterator[Diagnostic]:
     """An optional host that runs the master of other hosts."""
     spec = context.spec
-    for island in context.islands if context.middleware.master_mb else ():
-        hub = spec.hosts.get(island.hub)
-        if len(island.hosts) < 2 or hub is None or not hub.optional:
+    for island in context.islands:
+        hub, master_mb = spec.hosts.get(island.hub), context.distros[island.distro].master_mb
+        if not master_mb or len(island.hosts) < 2 or hub is None or not hub.optional:
             continue
         nested = spec.mode is Mode.COMBINED
         loc: Loc = ("islands", island.name) if nested else ()
@@ -252,9 +253,9 @@ def unjoined_islands(context: RuleContext) -> Iterator[Diagnostic]:
     spec, islands = context.spec, context.islands
     if len(islands) < 2 or context.joins_islands:
         return
-    methods = {island.discovery.method for island in islands} - FROM_OUTSIDE
-    if context.has_masters or not joins_islands(spec.multimaster, spec.ros.distro):
-        why = f"swarmctl does not bridge islands of `{spec.ros.distro}`"
+    methods = {one.discovery.method for one in islands if not one.has_master} - FROM_OUTSIDE
+    if not joins_islands(spec.multimaster, tuple(context.distros)):
+        why = f"swarmctl does not bridge islands of `{'` and `'.join(context.distros)}`"
     elif methods:
         why = f"a relay finds no nodes by discovery `{min(methods)}`"
     else:

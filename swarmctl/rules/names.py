@@ -188,7 +188,7 @@ def undeclared_remaps(context: RuleContext) -> Iterator[Diagnostic]:
 
     Services are remapped too, and are not declared: the name must look misspelt, or become a known topic.
     """
-    common = context.middleware.topics
+    common = context.common_topics
     known: set[str] = {one.topic for one in context.endpoints}
     for name, program in context.spec.programs.items():
         topics = [one.topic for one in (*program.publishes, *program.subscribes)]

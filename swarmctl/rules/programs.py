@@ -84,7 +84,7 @@ def where_they_run(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG008")
+@rule("PROG008", by_distro=True)
 def environments(context: RuleContext) -> Iterator[Diagnostic]:
     """An environment variable that swarmctl sets for every host."""
     what = "which swarmctl writes for every host" if context.has_masters else "by which nodes find each other"

@@ -25,12 +25,12 @@ def unused_settings(context: RuleContext) -> Iterator[Diagnostic]:
     places += [("hosts", name, "master_port") for name, one in hosts if one.master_port is not None]
     for loc in places:
         key = str(loc[-1])
-        if key not in {"distro", *context.middleware.settings}:
+        if key not in {"distro", *_settings(context)}:
             others = [name for name in MIDDLEWARES if key in middleware_of(name).settings]
             named = " or ".join(f"`distro: {name}`" for name in others)
             yield Diagnostic(
                 "ROS001",
-                f"`{ros.distro}` does not use `{key}`",
+                f"`{'` and `'.join(context.distros)}` does not use `{key}`",
                 context.span(*loc, key=True),
                 label="has no effect",
                 notes=(Note(context.span("ros", "distro"), "the distribution"),)
@@ -41,10 +41,14 @@ def unused_settings(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
+def _settings(context: RuleContext) -> frozenset[str]:
+    return frozenset().union(*(one.settings for one in context.distros.values()))
+
+
 @rule("ROS002")
 def servers_outside(context: RuleContext) -> Iterator[Diagnostic]:
     """A host that is to run a discovery server, and runs no ROS."""
-    if "servers" not in context.middleware.settings:
+    if "servers" not in _settings(context):
         return
     for number, host in enumerate(context.spec.ros.servers):
         loc = ("ros", "servers", number)
@@ -65,7 +69,7 @@ def servers_outside(context: RuleContext) -> Iterator[Diagnostic]:
 def undelivered_packages(context: RuleContext) -> Iterator[Diagnostic]:
     """Packages beside the spec that this distribution cannot build."""
     distro = context.spec.ros.distro
-    if "catkin" not in context.middleware.capabilities:
+    if not context.can("catkin"):
         for name in context.spec.packages:
             yield Diagnostic(
                 "ROS003",

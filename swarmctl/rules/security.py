@@ -129,7 +129,7 @@ def keys_beside(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("SEC004")
 def public_addresses(context: RuleContext) -> Iterator[Diagnostic]:
     """A public address of a host that runs ROS, which has no authentication."""
-    if not context.middleware.capabilities & {"master", "domains"}:
+    if not context.has_masters and not context.can("domains"):
         return
     public = [
         name

@@ -119,7 +119,7 @@ def _may_be_published(context: RuleContext, one: Endpoint) -> bool:
     """True if ROS itself or a person may publish it: common, command and private topics."""
     topic = one.topic
     return (
-        topic in context.middleware.topics
+        topic in context.common_topics
         or topic.rpartition("/")[2] == COMMAND
         or topic in context.robots_by_command
         or topic.startswith(f"{one.node}/")

@@ -27,7 +27,7 @@ from swarmctl.yamltext.source import Loc
 def clashing_types(context: RuleContext) -> Iterator[Diagnostic]:
     """One topic with two message types."""
     first: dict[tuple[str, str], Endpoint] = {}
-    reached, common = bridged(context), context.middleware.topics
+    reached, common = bridged(context), context.common_topics
     for one in sorted(context.endpoints, key=lambda one: not one.publishes):
         if one.topic in common and not context.connect(common[one.topic], one.type):
             yield _clash(context, one, common[one.topic], "ROS itself", None)
@@ -121,7 +121,7 @@ def shared_topics(context: RuleContext) -> Iterator[Diagnostic]:
     """Programs of several robots publish one topic, so subscribers receive a mixture."""
     first: dict[tuple[str, str], Endpoint] = {}
     robots = {name: program.robot for name, program in context.spec.programs.items()}
-    reached, common = bridged(context), context.middleware.topics
+    reached, common = bridged(context), context.common_topics
     for one in context.endpoints:
         robot, home = robots[one.owner], context.home.get(one.host)
         if not one.publishes or robot is None or home is None or one.topic in common:
@@ -281,7 +281,7 @@ def _is_outside(context: RuleContext, topic: str) -> bool:
 
 def _has_one_source(context: RuleContext, topic: str) -> bool:
     """False for what several nodes publish by custom: /tf, /diagnostics, /joint_states."""
-    return topic not in context.middleware.topics and topic != f"/{JOINTS}"
+    return topic not in context.common_topics and topic != f"/{JOINTS}"
 
 
 @rule("TOPIC007", "TOPIC010", needs="catkin")

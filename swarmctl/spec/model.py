@@ -32,7 +32,7 @@ from swarmctl.field_types import (
     TimeServer,
 )
 from swarmctl.links.link_kinds import Link
-from swarmctl.plugins import NameIn
+from swarmctl.plugins import MIDDLEWARES, NameIn
 from swarmctl.robot_types.any_robot_type import TaggedRobotType
 from swarmctl.robot_types.driver_names import DRIVERS
 from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
@@ -237,6 +237,12 @@ class Island(Model):
     leader: HostName | None = Field(None, description="Its leader (modes single-minded and leader).")
     hub: HostName | None = Field(None, description="The host that runs its master (mode central).")
     security: Security | None = Field(None, description="Its own `security`; that of the swarm by default.")
+    distro: Annotated[str, NameIn(MIDDLEWARES)] | None = Field(
+        None,
+        description="Its own ROS distribution; that of `ros` by default. Islands of ROS 1 and ROS 2 are "
+        "joined by a relay on the hub of the latter.",
+        examples=["jazzy"],
+    )
 
 
 class Time(Model):

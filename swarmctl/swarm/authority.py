@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from swarmctl.spec.model import Mode, Spec
 from swarmctl.swarm.index import SwarmIndex
-from swarmctl.swarm.resolved import Commander
+from swarmctl.swarm.resolved import Commander, Island, appears_on
 from swarmctl.swarm.subnets import advertised
 
 OWN = -1  # the priority of a robot's own programs: below every priority that `control` accepts
@@ -21,9 +21,12 @@ class Authority:
         self._index = index
         self._named: dict[str, list[Commander]] = {}
         for control in index.spec.control:
-            commander = self._commander(control.by, control.priority)
+            by_island: dict[Island | None, Commander] = {}
             for robot in control.of:
-                self._named.setdefault(robot, []).append(commander)
+                to = index.island_of_robot(robot) if robot in index.spec.robots else None
+                if to not in by_island:
+                    by_island[to] = self._commander(control.by, control.priority, to)
+                self._named.setdefault(robot, []).append(by_island[to])
 
     def over(self, robot: str) -> tuple[Commander, ...]:
         """Returns who may command ``robot``, the highest priority first."""
@@ -43,17 +46,27 @@ class Authority:
             found = [*named, own]
         return tuple(sorted(found, key=lambda one: -one.priority))
 
-    def _commander(self, by: str, priority: int) -> Commander:
-        spec = self._index.spec
+    def _commander(self, by: str, priority: int, to: Island | None) -> Commander:
+        """A commander as the graph of island ``to`` shows it.
+
+        What a relay between ROS 1 and ROS 2 publishes comes from its hub, whichever node has sent it: there
+        no node is a commander by its host alone.
+        """
+        spec, host = self._index.spec, self._index.commander_host(by)
+        home = self._index.home.get(host or "")
+        relayed = home is not None and to is not None and home.has_master is not to.has_master
+        whole_host = () if relayed else self._addresses(host)
         if by in spec.programs:
-            program, where = spec.programs[by], self._addresses(self._index.program_hosts[by])
+            program = spec.programs[by]
             if program.names_its_node:
-                return Commander(by, priority, nodes=(self._index.program_nodes[by],), hosts=where)
+                node, hosts = self._index.program_nodes[by], self._addresses(host, to)
+                return Commander(by, priority, nodes=(node,), hosts=hosts)
             # Only the launch file, the command or the container itself defines the names of its nodes.
-            return Commander(by, priority, addresses=where)
+            return Commander(by, priority, addresses=whole_host)
         if by in spec.robots:
-            return Commander(by, priority, namespace=self._index.namespaces[by], hosts=self._hosts(by))
-        return Commander(by, priority, addresses=self._addresses(by))
+            space, hosts = self._index.namespaces[by], self._hosts(by, to)
+            return Commander(by, priority, namespace=space, hosts=hosts)
+        return Commander(by, priority, addresses=whole_host)
 
     def leader_of(self, robot: str) -> str | None:
         """Returns the leader of the island of a robot's driver, if the island's mode has one."""
@@ -64,7 +77,7 @@ class Authority:
         mode = Mode(spec.islands[island.name].mode) if spec.mode is Mode.COMBINED else spec.mode
         return island.hub if mode in (Mode.SINGLE_MINDED, Mode.LEADER) else None
 
-    def _hosts(self, robot: str) -> tuple[str, ...]:
+    def _hosts(self, robot: str, to: Island | None = None) -> tuple[str, ...]:
         """The addresses of the hosts on which nodes in the robot's namespace run."""
         space = self._index.namespaces[robot]
         programs = self._index.program_namespaces
@@ -73,12 +86,13 @@ class Authority:
             for name, one in programs.items()
             if f"{one}/".startswith(f"{space}/")
         ]
-        found = (self._addresses(host) for host in (self._index.driving[robot], *inside))
+        found = (self._addresses(host, to) for host in (self._index.driving[robot], *inside))
         return tuple(dict.fromkeys(address for of_host in found for address in of_host))
 
-    def _addresses(self, host: str | None) -> tuple[str, ...]:
-        spec = self._index.spec
-        return (advertised(spec, host),) if host in spec.hosts else ()
+    def _addresses(self, host: str | None, to: Island | None = None) -> tuple[str, ...]:
+        """The address at which nodes of ``host`` run, for the graph of island ``to``."""
+        spec, there = self._index.spec, appears_on(host or "", self._index.home, to)
+        return (advertised(spec, there),) if there in spec.hosts else ()
 
 
 def commanded_by(spec: Spec, program: str) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle, islice
 
+from swarmctl.plugins import MIDDLEWARES
 from swarmctl.spec.model import Mode
 from swarmctl.spec.ros_model import METHODS, SERVED, Method, Rmw, Ros
 
@@ -26,6 +27,11 @@ class Discovery:
     method: Method = "server"
     servers: tuple[str, ...] = ()
     domain: int = 0
+
+
+def has_master(distro: str) -> bool:
+    """Returns True if nodes of a ROS distribution register at a master, as those of ROS 1 do."""
+    return "master" in MIDDLEWARES.get(distro).capabilities
 
 
 def discovery_of(ros: Ros, mode: Mode, hub: str, hosts: Sequence[str], domain: int) -> Discovery:

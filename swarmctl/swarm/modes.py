@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from swarmctl.links.link_base import NetworkLink
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Security, Spec
-from swarmctl.swarm.discovery import discovery_of, domains
+from swarmctl.swarm.discovery import discovery_of, domains, has_master
 from swarmctl.swarm.resolved import Island
 
 MULTIMASTER = (Mode.STANDALONE, Mode.COMBINED)  # modes with several masters
@@ -50,8 +50,16 @@ def driving_host(spec: Spec, robot: str) -> str | None:
 def islands_of(spec: Spec) -> tuple[Island, ...]:
     """Returns the islands of a spec, without those whose hub is not declared."""
     declared = tuple(_declared(spec))
-    numbers = domains(spec.name, spec.ros.domain, len(declared))
-    return tuple(_island(spec, one, domain) for one, domain in zip(declared, numbers, strict=False))
+    without_master = [one.name for one in declared if not has_master(one.distro)]
+    numbers = domains(spec.name, spec.ros.domain, len(without_master))
+    domain_of = dict(zip(without_master, numbers, strict=False))
+    return tuple(_island(spec, one, domain_of.get(one.name, 0)) for one in declared)
+
+
+def distro_of(spec: Spec, host: str | None) -> str:
+    """Returns the ROS distribution of a host: in mode combined that of its island, else that of `ros`."""
+    own = (one.distro for one in spec.islands.values() if one.distro is not None and host in one.hosts)
+    return next(own, spec.ros.distro) if spec.mode is Mode.COMBINED else spec.ros.distro
 
 
 @dataclass(frozen=True)
@@ -62,21 +70,25 @@ class _Declared:
     mode: Mode
     hub: str
     hosts: tuple[str, ...]
+    distro: str
     security: Security
 
 
 def _declared(spec: Spec) -> Iterator[_Declared]:
+    distro = spec.ros.distro
     match spec.mode:
         case Mode.STANDALONE:
-            yield from (_Declared(host, spec.mode, host, (host,), spec.security) for host in _ros_hosts(spec))
+            for host in _ros_hosts(spec):
+                yield _Declared(host, spec.mode, host, (host,), distro, spec.security)
         case Mode.COMBINED:
             for name, island in spec.islands.items():
                 if (hub := hub_of(island)) is not None:
                     security = island.security or spec.security
-                    yield _Declared(name, Mode(island.mode), hub, island.hosts, security)
+                    own = island.distro or distro
+                    yield _Declared(name, Mode(island.mode), hub, island.hosts, own, security)
         case _:
             if (hub := hub_of(spec)) is not None:
-                yield _Declared(spec.name, spec.mode, hub, _ros_hosts(spec), spec.security)
+                yield _Declared(spec.name, spec.mode, hub, _ros_hosts(spec), distro, spec.security)
 
 
 def jump_hosts(spec: Spec) -> frozenset[str]:
@@ -125,6 +137,7 @@ def _island(spec: Spec, declared: _Declared, domain: int) -> Island:
         declared.name,
         hub,
         members,
+        declared.distro,
         port or spec.ros.master_port,
         discovery,
         filtered=declared.security == "filtered",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from swarmctl.plugins import MIDDLEWARES
 from swarmctl.robot_types.placeholders import Loc, texts_in
 from swarmctl.spec import program_model as declared_program
 from swarmctl.swarm import names
@@ -48,9 +47,8 @@ def values_of(swarm: Swarm, program: Program) -> Mapping[str, str]:
 
 
 def _master(swarm: Swarm, host: Host) -> Mapping[str, str]:
-    if "master" not in MIDDLEWARES.get(swarm.distro).capabilities:
-        return {}
-    return {"master_uri": swarm.master_uri(swarm.island_of(host.name))}
+    island = swarm.island_of(host.name)
+    return {"master_uri": swarm.master_uri(island)} if island.has_master else {}
 
 
 def template_values(swarm: Swarm, program: Program) -> Mapping[str, object]:

@@ -27,7 +27,7 @@ from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.spec.selection_candidates import Candidates
 from swarmctl.swarm import names
 from swarmctl.swarm.command_topics import CommandTopic, is_gated
-from swarmctl.swarm.discovery import Discovery
+from swarmctl.swarm.discovery import Discovery, has_master
 from swarmctl.swarm.flow import Flow, peers_of
 from swarmctl.swarm.shipped_programs import INTERACTIVE
 from swarmctl.swarm.topics import DriverTopic
@@ -231,9 +231,15 @@ class Island:
     name: str
     hub: str
     hosts: tuple[str, ...]
+    distro: str
     master_port: int
     discovery: Discovery
     filtered: bool = False  # whether its hosts accept the packets of declared flows only
+
+    @property
+    def has_master(self) -> bool:
+        """Whether its nodes register at a master, as those of ROS 1 do."""
+        return has_master(self.distro)
 
 
 def island_by_host(islands: Iterable[Island]) -> Mapping[str, Island]:
@@ -250,6 +256,34 @@ class Bridge:
     origin: str
     to: tuple[str, ...]
     cause: str
+
+
+def alike(islands: Iterable[Island], island: Island) -> tuple[Island, ...]:
+    """Returns the islands with masters if ``island`` has one, else those without: a provider joins these."""
+    return tuple(one for one in islands if one.has_master == island.has_master)
+
+
+def carriers(islands: Iterable[Island], bridges: Iterable[Bridge]) -> frozenset[str]:
+    """Returns the islands whose hubs carry topics: those that receive; of ROS 1 and ROS 2 that of ROS 2."""
+    by_name = {one.name: one for one in islands}
+    ends = ((by_name[bridge.origin], by_name[to]) for bridge in bridges for to in bridge.to)
+    return frozenset(carrier(origin, to).name for origin, to in ends)
+
+
+def carrier(origin: Island, to: Island) -> Island:
+    """Returns the island whose hub brings topics of ``origin`` to ``to``."""
+    return origin if to.has_master and not origin.has_master else to
+
+
+def appears_on(host: str, homes: Mapping[str, Island], island: Island | None) -> str:
+    """Returns the host on which nodes of ``host`` run for the graph of ``island``.
+
+    Between ROS 1 and ROS 2 that is the hub that publishes in their names.
+    """
+    home = homes.get(host)
+    if home is None or island is None or home.has_master is island.has_master:
+        return host
+    return carrier(home, island).hub
 
 
 @dataclass(frozen=True)
@@ -288,6 +322,11 @@ class Swarm:
         return found
 
     @cached_property
+    def carriers(self) -> frozenset[str]:
+        """The islands whose hubs carry bridged topics."""
+        return carriers(self.islands, self.bridges)
+
+    @cached_property
     def peers(self) -> Mapping[str, frozenset[str]]:
         """The other hosts with which the units of ROS of a host exchange packets, by host."""
         return peers_of(self.flows)
@@ -315,6 +354,20 @@ class Swarm:
         Raises KeyError for a host that runs no ROS (mode single-minded).
         """
         return self._islands_by_host[host]
+
+    def distro_of(self, host: str) -> str:
+        """Returns the ROS distribution of ``host``: that of its island."""
+        island = self._islands_by_host.get(host)
+        return island.distro if island is not None else self.distro
+
+    @cached_property
+    def distros(self) -> tuple[str, ...]:
+        """The ROS distributions of its islands."""
+        return tuple(dict.fromkeys(one.distro for one in self.islands)) or (self.distro,)
+
+    def appears_on(self, host: str, island: Island) -> str:
+        """Returns the host on which nodes of ``host`` run for the graph of ``island``."""
+        return appears_on(host, self._islands_by_host, island)
 
     def robots_on(self, host: str) -> tuple[Robot, ...]:
         """Returns the robots whose drivers run on ``host``."""

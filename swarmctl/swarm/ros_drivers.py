@@ -10,6 +10,7 @@ from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.spec.load import Document
+from swarmctl.swarm.modes import distro_of, driving_host
 
 
 def ros_driver_of(document: Document, robot: str) -> RosDriver | None:
@@ -25,9 +26,8 @@ def ros_driver_of(document: Document, robot: str) -> RosDriver | None:
     elif given.driver is not None and given.driver != SWARMCTL:
         driver = document.catalog.drivers[given.driver]
     else:
-        driver = (
-            robot_type.driver_of(document.spec.ros.distro) if isinstance(robot_type, RosRobotType) else None
-        )
+        distro = distro_of(document.spec, driving_host(document.spec, robot))
+        driver = robot_type.driver_of(distro) if isinstance(robot_type, RosRobotType) else None
     if driver is None or not isinstance(robot_type, RobotType) or robot_type.sketch is None:
         return driver
     return _of_board(driver, robot_type)

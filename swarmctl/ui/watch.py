@@ -182,7 +182,7 @@ class _Watched:
     """A host, the requests to it, and whether something is new there since the last look at it began."""
 
     def __init__(self, graph: ExpectedGraph, host: ExpectedHost, target: Target) -> None:
-        self.name, self.target, self.robots, self.probe = host.name, target, host.robots, graph.probe
+        self.name, self.target, self.robots, self.probe = host.name, target, host.robots, host.probe
         self.request = request(graph, host, WINDOW)
         self.longest = _listening(self.request) + _PAUSE + _OVERDUE
         self.telemetry: TelemetryRequest = {

@@ -43,6 +43,7 @@ def skip_without_wheels(spec: Path) -> None:
     found, _ = load_swarm(spec)
     assert found is not None
     try:
-        image.ensure(lambda _line: None, distro=found.distro)
+        for distro in found.distros:
+            image.ensure(lambda _line: None, distro=distro)
     except ros_wheels.NoWheelsError as error:
         pytest.skip(f"{error} ({'; '.join(error.help_lines)})")

@@ -15,7 +15,6 @@ from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
 from swarmctl.health.verdict import State
-from swarmctl.resources import HostModule
 from tests.loading import load_swarm
 
 SPEC = """
@@ -77,6 +76,6 @@ def test_its_measured_rates_are_in_its_row(host: ExpectedHost) -> None:
     topics = {odom: TopicSeen(59, 29.6, 2.0, "nav_msgs/Odometry", "", 0.1)}
     measured = replace(seen.nodes[CORE], topics=topics)
     answer = Answer(launched={host.robots[0].unit: replace(seen, nodes={CORE: measured})})
-    graph = ExpectedGraph("lab", (host,), HostModule("probe", Path()))
+    graph = ExpectedGraph("lab", (host,))
     (row,) = status(graph, {host.name: answer}, Diagnosis(())).hosts[0].robots
     assert next(one.rate for one in row.topics if one.name == odom) == 29.6

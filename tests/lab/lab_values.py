@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from swarmctl.lab.lab_plan import LabPlan, plan_of
@@ -31,6 +32,11 @@ links:
 def plan_from(folder: Path, *changes: tuple[str, str], name: str | None = None) -> LabPlan:
     """The lab of ``SPEC`` with each text replaced by another."""
     return plan_of_text(folder, changed(*changes), name)
+
+
+def with_distro(plan: LabPlan, distro: str) -> LabPlan:
+    """The plan with this ROS distribution on all hosts, and without robots."""
+    return replace(plan, hosts=tuple(replace(one, distro=distro) for one in plan.hosts), robots=())
 
 
 def changed(*changes: tuple[str, str]) -> str:

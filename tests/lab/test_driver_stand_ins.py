@@ -75,7 +75,7 @@ def disk(plan: LabPlan, tmp_path: Path) -> Path:
 
 
 def disk_of(plan: LabPlan, folder: Path) -> Path:
-    for one in files(plan.stand_ins, plan.distro):
+    for one in files(plan.stand_ins, plan.distros[0]):
         path = folder / one.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(one.content)
@@ -119,12 +119,12 @@ def test_the_node_reads_what_the_lab_wrote(disk: Path) -> None:
 
 def test_an_installed_package_needs_no_stand_in(plan: LabPlan, tmp_path: Path) -> None:
     image, workspace = tmp_path / "image", Workspace(f"{tmp_path}/ws/devel", "/opt/ros/noetic", ())
-    state = State(replace(plan, workspace=workspace), image)
+    state = State(replace(plan, workspace=workspace), {"noetic": image})
     assert [one.robot for one in state.stand_ins] == ["b-1", "b2", "p1"]
     put(image / "usr/share/rosaria/package.xml")
     assert [one.robot for one in state.stand_ins] == ["b-1", "b2"]
     put(tmp_path / "ws/devel/share/turtlebot3_bringup/cmake/turtlebot3_bringupConfig.cmake")
-    places = [state.installed_in(one.package) for one in plan.stand_ins]
+    places = [state.installed_in(one.host, one.package) for one in plan.stand_ins]
     assert places == ["the workspace"] * 2 + ["the image"]
 
 
@@ -143,17 +143,17 @@ def test_what_a_driver_requires_has_a_stand_in_too(plan: LabPlan, disk: Path, tm
     assert "<name>aria_msgs</name>" in (disk / "usr/share/aria_msgs/package.xml").read_text()
     image = tmp_path / "image"
     put(image / "usr/share/tf/package.xml")
-    missing = {one.robot: one.requires for one in State(plan, image).stand_ins}
+    missing = {one.robot: one.requires for one in State(plan, {"noetic": image}).stand_ins}
     assert missing["p1"] == ("aria_msgs",), "a package of the image keeps its own files"
 
 
 def test_message_packages_that_a_lab_lacks_are_named(plan: LabPlan, tmp_path: Path) -> None:
     image, space = tmp_path / "image", tmp_path / "devel"
     (image / "usr/lib/python3/dist-packages/nav_msgs").mkdir(parents=True)
-    assert State(plan, image).missing_messages(plan.stand_ins[0]) == ("mavros_msgs",)
+    assert State(plan, {"noetic": image}).missing_messages(plan.stand_ins[0]) == ("mavros_msgs",)
     (space / "lib/python3/dist-packages/mavros_msgs").mkdir(parents=True)
     built = replace(plan, workspace=Workspace(str(space), "/opt/ros/noetic", ()))
-    assert State(built, image).missing_messages(plan.stand_ins[0]) == ()
+    assert State(built, {"noetic": image}).missing_messages(plan.stand_ins[0]) == ()
 
 
 def test_the_true_state_is_the_one_that_the_node_wrote(plan: LabPlan, tmp_path: Path) -> None:

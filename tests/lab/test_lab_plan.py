@@ -42,7 +42,7 @@ def test_a_lab_has_the_engines_and_the_ros_of_its_spec(tmp_path: Path) -> None:
     plan = plan_from(tmp_path, ("links:", look))
     assert plan.engines == ("podman",)
     assert LabPlan.from_json(json.loads(json.dumps(plan.to_json()))) == plan
-    assert (plan_from(tmp_path).engines, plan_from(tmp_path).distro) == ((), "noetic")
+    assert (plan_from(tmp_path).engines, plan_from(tmp_path).distros) == ((), ("noetic",))
 
 
 def test_interfaces_are_numbered_by_kind_in_the_order_of_the_links(tmp_path: Path) -> None:
@@ -178,7 +178,7 @@ def test_unknown_hosts_and_robots_list_the_known_ones(tmp_path: Path) -> None:
 
 
 def test_the_state_is_read_as_it_was_written(tmp_path: Path) -> None:
-    home, state = LabPaths(tmp_path), State(plan_from(tmp_path), tmp_path / "image")
+    home, state = LabPaths(tmp_path), State(plan_from(tmp_path), {"noetic": tmp_path / "image"})
     write_state(home, state)
     assert read_state(home) == state
     assert home.state.stat().st_mode & 0o777 == 0o600

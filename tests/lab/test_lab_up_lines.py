@@ -20,7 +20,7 @@ def test_robots_of_which_the_same_is_true_share_a_line(tmp_path: Path) -> None:
     assert document is not None
     own = user_emulators(FLEET.parent / "robots")
     plan = plan_of(resolve(document), None, own, {})
-    lines = list(robot_lines(plan, State(plan, tmp_path)))
+    lines = list(robot_lines(plan, State(plan, {"noetic": tmp_path})))
     assert [line.split(":")[0] for line in lines] == [
         "robot epuck-[01-12]",
         "robot rover-[1-6]",

@@ -10,7 +10,7 @@ import shlex
 import tarfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
@@ -26,6 +26,7 @@ from swarmctl.lab.lab_plan import plan_of
 from swarmctl.remote.transport import Session, Target
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
+from tests.lab.lab_values import with_distro
 from tests.lab.tiny_labs import booted, in_a_lab, on, quiet
 from tests.loading import load_swarm
 from tests.onboard.agent.local_session import LocalSession
@@ -150,7 +151,7 @@ def hosts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hosts]:
         releases = {
             name: Release(one.digest, tuple(unit.name for unit in one.units)) for name, one in made.items()
         }
-        with booted(replace(plan_of(swarm, name="ros2-status"), distro="kilted", robots=())) as name:
+        with booted(with_distro(plan_of(swarm, name="ros2-status"), "kilted")) as name:
             seen = Hosts(name, expected_graph(swarm, releases))
             _start(seen, made)
             yield seen

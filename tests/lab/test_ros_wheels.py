@@ -9,7 +9,6 @@ import sys
 import zipfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,7 +18,7 @@ from swarmctl.lab import paths
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import image, ros_wheels
 from tests import ROOT
-from tests.lab.lab_values import plan_from
+from tests.lab.lab_values import plan_from, with_distro
 from tests.lab.tiny_labs import booted, in_a_lab, on, quiet, succeeds
 from tests.timing import wait_for
 
@@ -173,7 +172,7 @@ def lab(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     except ros_wheels.NoWheelsError as error:
         pytest.skip("; ".join((f"no image: {error}", *error.help_lines)))
     folder = tmp_path_factory.mktemp("ros2")
-    plan = replace(plan_from(folder, (WIRE, ""), name=distro), distro=distro, robots=())
+    plan = with_distro(plan_from(folder, (WIRE, ""), name=distro), distro)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(paths.STATE_VARIABLE, str(folder))
         with booted(plan) as name:

@@ -71,12 +71,13 @@ def table_of(swarm: Swarm, host: Host) -> str:
 
 @st.composite
 def swarms(draw: st.DrawFn) -> Swarm:
-    """Islands of some hosts with topics that cross; ROS 1 with either multimaster, or ROS 2."""
-    distro = draw(st.sampled_from(("noetic", "noetic", "kilted")))
-    provider = draw(st.sampled_from(("static", "fkie"))) if distro == "noetic" else None
+    """Islands of some hosts with topics that cross: of ROS 1 with either multimaster, of ROS 2, of both."""
+    distros = draw(st.sampled_from((("noetic",), ("noetic",), ("kilted",), ("noetic", "kilted"))))
+    provider = draw(st.sampled_from(("static", "fkie"))) if "noetic" in distros else None
     sizes = draw(st.lists(st.integers(1, 3), min_size=1, max_size=4))
     hosts, islands = {}, []
     for number, size in enumerate(sizes):
+        distro = draw(st.sampled_from(distros))
         names = [f"h{number}-{one}" for one in range(size)]
         for name in names:
             place = len(hosts) + 1
@@ -88,20 +89,20 @@ def swarms(draw: st.DrawFn) -> Swarm:
         found = Discovery(method=method, servers=servers, domain=number)
         filtered = draw(st.booleans()) or number == 0
         port = draw(st.sampled_from((11311, 11321 + number)))
-        islands.append(Island(f"i{number}", names[0], tuple(names), port, found, filtered))
+        islands.append(Island(f"i{number}", names[0], tuple(names), distro, port, found, filtered))
     pairs = st.tuples(st.sampled_from(islands), st.sampled_from(islands)).filter(lambda one: one[0] != one[1])
-    joined = draw(st.lists(pairs, max_size=4)) if provider and len(islands) > 1 else []
+    joined = draw(st.lists(pairs, max_size=4)) if len(islands) > 1 else []
     bridges = tuple(Bridge(f"/t{n}", "", a.name, (b.name,), "") for n, (a, b) in enumerate(joined))
     settings = Multimaster(provider=provider)
     spec = Spec.model_validate(
         {
-            "version": 1, "name": "any", "mode": "standalone", "ros": {"distro": distro},
+            "version": 1, "name": "any", "mode": "standalone", "ros": {"distro": distros[0]},
             "multimaster": settings, "hosts": {"a": {"address": "10.0.0.1"}},
             "robots": {"k3": {"type": "khepera3", "host": "a"}},
         }
     )  # fmt: skip
     return Swarm(
-        "any", Mode.STANDALONE, distro, None, hosts, {}, (), tuple(islands), bridges,
+        "any", Mode.STANDALONE, distros[0], None, hosts, {}, (), tuple(islands), bridges,
         flows=tuple(ros_flows(spec, islands, bridges)), multimaster=settings,
     )  # fmt: skip
 
@@ -109,16 +110,27 @@ def swarms(draw: st.DrawFn) -> Swarm:
 def services(swarm: Swarm, host: str) -> dict[tuple[str, int], Service]:
     """The ports of ROS on a host, from the manuals: some of those of nodes, all of the others."""
     island = swarm.island_of(host)
-    if swarm.distro == "kilted":
+    if island.distro == "kilted":
         first = FIRST_OF_DOMAIN + 250 * island.discovery.domain
         ports = {first, first + 10, first + 249} | ({11811} if island.discovery.servers else set())
-        return dict.fromkeys((("udp", one) for one in ports), Service.NODES)
+        found = dict.fromkeys((("udp", one) for one in ports), Service.NODES)
+        if exchanges(swarm, island) and host == island.hub:
+            found |= dict.fromkeys((("tcp", one) for one in EPHEMERAL), Service.MULTIMASTER)
+        return found
     found = dict.fromkeys((("tcp", one) for one in EPHEMERAL), Service.NODES)
     if host == island.hub:
         found["tcp", island.master_port] = Service.MASTER
-        if swarm.multimaster.provider == "fkie" and len(swarm.islands) > 1:
+        several = sum(one.distro == "noetic" for one in swarm.islands) > 1
+        if swarm.multimaster.provider == "fkie" and several:
             found["tcp", island.master_port + 300] = found["udp", 11511] = Service.MULTIMASTER
     return found
+
+
+def exchanges(swarm: Swarm, island: Island) -> bool:
+    """True if topics cross between an island of ROS 2 and one of ROS 1."""
+    of_ros_1 = {one.name for one in swarm.islands if one.distro == "noetic"}
+    ends = ({one.origin, *one.to} for one in swarm.bridges)
+    return any(island.name in one and of_ros_1 & one for one in ends)
 
 
 def declared(swarm: Swarm, source: str, host: str, service: Service) -> bool:
@@ -171,13 +183,13 @@ def check_accounts(rules: Any, swarm: Swarm, host: Host, other: Host) -> None:
         packet = Packet(host.address, to, port, protocol, account=account, interface=interface)
         return verdict(rules, host.name, "output", packet) == "accept"
 
-    looks = (observe.ACCOUNT,) if swarm.distro == "kilted" else ()
+    looks = (observe.ACCOUNT,) if swarm.distro_of(host.name) == "kilted" else ()
     assert all(leaves(OTHER, port) for port in NO_ROS)
     for (protocol, port), service in services(swarm, other.name).items():
         assert all(leaves(one, port, protocol) for one in (0, USER, DYNAMIC, *looks))
         if same or declared(swarm, host.name, other.name, service):
             assert not leaves(OTHER, port, protocol), (host.name, other.name, service, port)
         if same:
-            of_programs = port in EPHEMERAL and swarm.distro == "noetic"
+            of_programs = protocol == "tcp" and port in EPHEMERAL
             own = "::1" if ":" in host.address else "127.0.0.1"
             assert leaves(OTHER, port, protocol, own) == of_programs

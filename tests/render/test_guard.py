@@ -89,8 +89,8 @@ def test_other_islands_get_what_crosses(tmp_path: Path) -> None:
     """The laptop's teleop commands the K3, whose island has its own master."""
     found = rendered(tmp_path, "paper-4-standalone")
     assert params(found[LAPTOP])["others"] == {
-        K3: {"at": ["192.168.77.11", K3], "receives": ["/k3/cmd_vel"]},
-        EPUCK: {"at": ["192.168.77.12", EPUCK], "receives": ["/epuck/cmd_vel"]},
+        K3: {"at": ["192.168.77.11", K3], "receives": ["/k3/cmd_vel"], "sends": []},
+        EPUCK: {"at": ["192.168.77.12", EPUCK], "receives": ["/epuck/cmd_vel"], "sends": []},
     }
     assert params(found[K3])["joined"] == ["192.168.77.10", LAPTOP]
     assert params(found[K3])["others"] == {}
@@ -100,7 +100,7 @@ def test_other_islands_get_what_crosses(tmp_path: Path) -> None:
 def test_masters_that_discover_each_other_may_call(tmp_path: Path) -> None:
     more = "security: filtered\nmultimaster: {provider: fkie}\n"
     found = params(rendered(tmp_path, "paper-4-standalone", more)[K3])
-    assert found["others"][EPUCK] == {"at": ["192.168.77.12", EPUCK], "receives": []}
+    assert found["others"][EPUCK] == {"at": ["192.168.77.12", EPUCK], "receives": [], "sends": []}
 
 
 def test_a_change_of_its_parameters_restarts_no_master(tmp_path: Path) -> None:

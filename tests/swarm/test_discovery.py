@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from swarmctl.spec.load import load
 from swarmctl.swarm.discovery import Discovery, domains
+from swarmctl.swarm.modes import islands_of
 from swarmctl.swarm.resolved import Island
 from tests import ROOT
-from tests.loading import load_swarm
 
 MODES = ROOT / "tests/mode_conversion/modes"
 
@@ -17,9 +18,9 @@ MODES = ROOT / "tests/mode_conversion/modes"
 def islands(folder: Path, mode: str, ros: str = "{}") -> tuple[Island, ...]:
     spec = folder / "swarm.yaml"
     spec.write_text((MODES / f"{mode}.yaml").read_text("utf-8") + f"ros: {ros}\n", "utf-8")
-    swarm, found = load_swarm(spec)
-    assert swarm is not None, found
-    return swarm.islands
+    document, found = load([spec])
+    assert document is not None, found
+    return islands_of(document.spec)
 
 
 @pytest.mark.parametrize(
@@ -46,10 +47,10 @@ def test_the_spec_or_the_mode_decides(
 
 
 def test_each_island_has_its_own_domain_and_hub(tmp_path: Path) -> None:
-    found = [one.discovery for one in islands(tmp_path, "standalone", "{domain: 101, discovery: server}")]
-    assert [one.domain for one in found] == [101, 1, 2]
-    assert [one.servers for one in found] == [("koala-laptop",), ("k3-pi",), ("epuck-pi",)]
-    assert isinstance(found[0], Discovery)
+    found = islands(tmp_path, "standalone", "{distro: jazzy, domain: 101}")
+    assert [one.discovery.domain for one in found] == [101, 1, 2]
+    assert [one.hub for one in found] == ["koala-laptop", "k3-pi", "epuck-pi"]
+    assert isinstance(found[0].discovery, Discovery)
 
 
 @pytest.mark.parametrize("first", [None, 0, 1, 50, 101])

@@ -74,7 +74,12 @@ def test_hosts_are_peers_if_an_island_or_a_topic_joins_them(data: st.DataObject)
     sizes = data.draw(st.lists(st.integers(1, 4), min_size=1, max_size=6))
     islands = [
         Island(
-            f"i{number}", f"h{number}-0", tuple(f"h{number}-{one}" for one in range(size)), 11311, Discovery()
+            f"i{number}",
+            f"h{number}-0",
+            tuple(f"h{number}-{one}" for one in range(size)),
+            "noetic",
+            11311,
+            Discovery(),
         )
         for number, size in enumerate(sizes)
     ]

@@ -163,6 +163,7 @@ def deploy(
         overwrite_edits,
     )
     stop, lists = Stop(), left_hosts.lists_of(swarm)
+    shared = frozenset().union(*(middleware_of(one).shared_files for one in swarm.distros))
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     secrets = options.secrets(spec, wanted)
     view = deploy_steps.View("deploy", spec, swarm, where, details=details, json=json)
@@ -174,7 +175,7 @@ def deploy(
         found = view.executed(
             deployment, stop,
             lambda one: order(
-                one.due, _impacts(document, one), sizes, consistency, middleware_of(swarm.distro).shared_files
+                one.due, _impacts(document, one), sizes, consistency, shared
             ),
             dry_run=dry_run, yes=yes, saved=saved,
         )  # fmt: skip

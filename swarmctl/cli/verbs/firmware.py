@@ -114,13 +114,13 @@ def flash(
 def _job(swarm: Swarm, name: str, sketch: Sketch, made: Built, programmer: str, speed: int) -> Job:
     from swarmctl.deploy.flash import Job
     from swarmctl.firmware import avrdude
-    from swarmctl.render.middleware import middleware_of
+    from swarmctl.render.middleware import middleware_at
 
     robot = swarm.robots[name]
     assert robot.line is not None  # it has a sketch of ours
     port = robot.line.path
     writing = avrdude.writing(name, made.hex.read_bytes(), port, programmer, speed)
-    unit = middleware_of(swarm.distro).driver(swarm, robot).unit
+    unit = middleware_at(swarm, robot.host).driver(swarm, robot).unit
     return Job(swarm.name, name, robot.host, unit, port, sketch.digest, writing)
 
 

@@ -47,9 +47,10 @@ def record(
     if fetch and (topics or duration):
         console.fail("--fetch records nothing: it has no TOPIC and no --duration", code=exit_codes.USAGE)
     swarm = console.read_spec(spec)
-    recorder = middleware_of(swarm.distro).bag_recorder
+    without = [one for one in swarm.distros if middleware_of(one).bag_recorder is None]
+    recorder = None if without else middleware_of(swarm.distros[0]).bag_recorder
     if recorder is None:
-        console.fail(f"record runs rosbag, which `ros.distro: {swarm.distro}` has not", code=exit_codes.USAGE)
+        console.fail(f"record runs rosbag, which `ros.distro: {without[0]}` has not", code=exit_codes.USAGE)
     names = selected.hosts(swarm.candidates, limit)
     reach = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)

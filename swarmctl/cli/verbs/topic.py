@@ -53,17 +53,21 @@ def list_(
 
     swarm = console.read_spec(spec)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    middleware, names = middleware_of(swarm.distro), {one.hub: one.name for one in swarm.islands}
-    line = middleware.topic_tool.line(swarm.name, middleware.topic_tool.list())
+    names = {one.hub: one.name for one in swarm.islands}
     outcomes: dict[str, Ran] = {}
-    for event in host_commands.run(
-        [targets[hub] for hub in names], line, transport(become=False), parallel=options.PARALLEL
-    ):
-        if isinstance(event, Finished | Skipped):
-            outcomes[event.host] = host_commands.ran(event)
-    errors = {
-        names[hub]: error for hub in names if (error := error_of(outcomes[hub], swarm.name, middleware))
-    }
+    failed: dict[str, HostError] = {}
+    for distro in swarm.distros:
+        hubs = [one.hub for one in swarm.islands if one.distro == distro]
+        middleware = middleware_of(distro)
+        line = middleware.topic_tool.line(swarm.name, middleware.topic_tool.list())
+        for event in host_commands.run(
+            [targets[hub] for hub in hubs], line, transport(become=False), parallel=options.PARALLEL
+        ):
+            if isinstance(event, Finished | Skipped):
+                ran = outcomes[event.host] = host_commands.ran(event)
+                if error := error_of(ran, swarm.name, middleware):
+                    failed[event.host] = error
+    errors = {name: failed[hub] for hub, name in names.items() if hub in failed}
     found = {
         name: tuple(listed(outcomes[hub].stdout.decode("utf-8", "replace")))
         for hub, name in names.items()

@@ -66,4 +66,5 @@ def python_path(swarm: Swarm, host: Host) -> tuple[str, ...]:
 def _built(swarm: Swarm, host: Host, package: DeliveredPackage) -> Built | None:
     if not package.built_by or not host.platform:
         return None
-    return swarm.builds.get(build_key(package.name, swarm.packages, swarm.distro, host.platform))
+    distro = swarm.distro_of(host.name)
+    return swarm.builds.get(build_key(package.name, swarm.packages, distro, host.platform))

@@ -46,14 +46,19 @@ def parameters(swarm: Swarm, island: Island) -> dict[str, Any]:
         "others": {
             source: {
                 "at": _at(swarm, source),
-                "receives": list(swarm.received.get(other.name, {}).get(island.name, {})),
+                "receives": _crossing(swarm, island, other),
+                "sends": [] if other.has_master else _crossing(swarm, other, island),
             }
             for source, other in others.items()
         },
         "joined": [text for one in joined for text in swarm.uri_hosts_of(one)],
-        "names": _merged(_names(swarm, island)),
-        "topics": _merged(one for one in _topics(swarm) if one[0] not in _SHARED),
+        "names": _seen_by(swarm, island, _names(swarm, island)),
+        "topics": _seen_by(swarm, island, (one for one in _topics(swarm) if one[0] not in _SHARED)),
     }
+
+
+def _crossing(swarm: Swarm, origin: Island, to: Island) -> list[str]:
+    return list(swarm.received.get(to.name, {}).get(origin.name, {}))
 
 
 def _at(swarm: Swarm, host: str) -> list[str]:
@@ -96,9 +101,10 @@ def _topics(swarm: Swarm) -> _Owned:
             yield topic, [program.host]
 
 
-def _merged(owned: _Owned) -> Mapping[str, list[str]]:
-    """The hosts of each name, each once."""
+def _seen_by(swarm: Swarm, island: Island, owned: _Owned) -> Mapping[str, list[str]]:
+    """The hosts of each name, each once, as the master of ``island`` sees them."""
     found: dict[str, dict[str, None]] = {}
     for name, hosts in owned:
-        found.setdefault(name, {}).update(dict.fromkeys(hosts))
+        there = (swarm.appears_on(host, island) for host in hosts)
+        found.setdefault(name, {}).update(dict.fromkeys(there))
     return {name: list(hosts) for name, hosts in found.items()}

@@ -89,7 +89,7 @@ def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
     own = (*_own_packages(swarm, host), *delivered_packages.package_path(swarm, host))
     return {
         "swarm": swarm.name,
-        "distro": swarm.distro,
+        "distro": swarm.distro_of(host.name),
         "home": home(swarm),
         "workspaces": host.workspaces,
         "master_uri": swarm.master_uri(island),

@@ -30,7 +30,7 @@ def requires(swarm: Swarm, host: Host, island: Island) -> Mapping[str, tuple[str
     needs = {
         **{workspace(path): (own,) for path in host.workspaces},
         package(IMPLEMENTATIONS[discovery.rmw]): ("ros",),
-        package(_OF_FASTDDS.get(swarm.distro, "fastdds")): (
+        package(_OF_FASTDDS.get(island.distro, "fastdds")): (
             ("ros",) if served and discovery.method == "server" else ()
         ),
         RCLPY: (*driven, *gated),

@@ -26,7 +26,7 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
         yield File(CYCLONE, _cyclonedds(swarm, host, island), origin=origin)
     if needs_fastdds_file(swarm, host, island):
         yield File(FASTDDS, _fastdds(swarm, host, island), origin=origin)
-    if swarm.distro == HUMBLE and discovery.method == "server":
+    if island.distro == HUMBLE and discovery.method == "server":
         servers = [
             (f"44.53.{number:02x}.5f.45.50.52.4f.53.49.4d.41", swarm.hosts[name].address)
             for number, name in enumerate(discovery.servers)
@@ -44,7 +44,7 @@ def needs_fastdds_file(swarm: Swarm, host: Host, island: Island) -> bool:
 
 def peers_by_file(swarm: Swarm, island: Island) -> bool:
     """True if a profile names the peers: the variables would add shared memory (see the template)."""
-    return swarm.distro in FASTDDS_2 and island.discovery.method in ("peers", "local")
+    return island.distro in FASTDDS_2 and island.discovery.method in ("peers", "local")
 
 
 def robots_with_nodes(swarm: Swarm, host: Host) -> list[str]:

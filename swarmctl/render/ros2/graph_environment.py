@@ -68,7 +68,7 @@ def of_people(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     variables = of_nodes(swarm, host, island)
     if island.discovery.method != "server":
         return variables
-    if swarm.distro == HUMBLE:
+    if island.distro == HUMBLE:
         return {**variables, _PROFILES_2: f"{home(swarm)}/current/{SUPER_CLIENT}"}
     return {**variables, "ROS_SUPER_CLIENT": "TRUE"}
 
@@ -90,12 +90,12 @@ def router_override(swarm: Swarm, host: Host, island: Island) -> str:
 def _fastrtps(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     found = _range(swarm, host, island)
     if peers_by_file(swarm, island):
-        found = {} if swarm.distro == HUMBLE else {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}
+        found = {} if island.distro == HUMBLE else {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}
     if island.discovery.method == "server":
         servers = (swarm.hosts[name].address for name in island.discovery.servers)
         found = {"ROS_DISCOVERY_SERVER": ";".join(f"{bracketed(one)}:{SERVER_PORT}" for one in servers)}
     if needs_fastdds_file(swarm, host, island):
-        variable = _PROFILES_2 if swarm.distro in FASTDDS_2 else _PROFILES
+        variable = _PROFILES_2 if island.distro in FASTDDS_2 else _PROFILES
         found[variable] = f"{home(swarm)}/current/{FASTDDS}"
     return found
 
@@ -132,7 +132,7 @@ _METHODS = {"fastrtps": _fastrtps, "cyclonedds": _cyclonedds, "zenoh": _zenoh}
 def _range(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     """How far discovery by DDS itself reaches."""
     method = island.discovery.method
-    if swarm.distro == HUMBLE:
+    if island.distro == HUMBLE:
         return {"ROS_LOCALHOST_ONLY": "1"} if method == "local" else {}
     found = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET" if method == "multicast" else "LOCALHOST"}
     others = [swarm.hosts[name].address for name in island.hosts if name != host.name and method == "peers"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from swarmctl.render.quoting import render
 from swarmctl.render.ros2 import discovery_files, graph_environment, ros2_release
 from swarmctl.render.yaml_params import params_file
 from swarmctl.swarm import names
+from swarmctl.swarm.ports import DRAWN, PortRange
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 PARAMS, _ENVIRONMENT = "params/relay.yaml", "env/relay.env"
@@ -27,12 +28,18 @@ class Relay(OneNode):
     memory_mb = 90
     relays = True
 
+    def ports(self, swarm: Swarm, island: Island) -> Sequence[PortRange]:
+        """Returns where nodes and masters of ROS 1 reach it: at ports that Linux draws."""
+        exchanges = any("master" in one for one in _peers(swarm, island))
+        return (DRAWN,) if exchanges else ()
+
     def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         """Yields the node, its parameters, the settings of DDS, and its unit."""
         params = File(PARAMS, params_file(_parameters(swarm, island)), origin="multimaster")
         shipped = (ros2_release.wait_for_address(), *shipped_files.folder("domain_relay", ros2_release.FACE))
         files = (params, *_settings(swarm, host, island), *shipped)
-        kinds = {one["type"] for peer in _peers(swarm, island) for one in peer["receives"]}
+        peers = _peers(swarm, island)
+        kinds = {one["type"] for peer in peers for one in (*peer["receives"], *peer.get("sends", ()))}
         packages = sorted({kind.partition("/")[0] for kind in kinds} | {"rclpy", "diagnostic_msgs"})
         yield Part(files, requires={package(name): ("multimaster",) for name in packages})
         yield _unit(swarm, host, island, files)
@@ -44,7 +51,8 @@ RELAY: MultimasterProvider = Relay()
 def _joined(swarm: Swarm, island: Island) -> Island:
     """The island with the hosts of all from which topics come: there the node looks for others."""
     islands = {one.name: one for one in swarm.islands}
-    others = (host for peer in swarm.received[island.name] for host in islands[peer].hosts)
+    peers = (islands[peer] for peer in swarm.received.get(island.name, {}))
+    others = (host for peer in peers if not peer.has_master for host in peer.hosts)
     return replace(island, hosts=tuple(dict.fromkeys((*island.hosts, *others))))
 
 
@@ -60,7 +68,7 @@ def _settings(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     text = render(
         "ros2/ros.env",
         swarm=swarm.name,
-        distro=swarm.distro,
+        distro=island.distro,
         variables=list(variables.items()),
         address=graph_environment.own_address(host, joined),
         workspaces=host.workspaces,
@@ -84,25 +92,34 @@ def _unit(swarm: Swarm, host: Host, island: Island, files: tuple[File, ...]) -> 
 
 def _parameters(swarm: Swarm, island: Island) -> dict[str, Any]:
     """What the node reads: its peers, and the topics that come from each."""
+    peers = list(_peers(swarm, island))
+    address = swarm.hosts[island.hub].advertised
     return {
         "island": island.name,
         "node": names.multimaster_node(island.name),
         "domain": island.discovery.domain,
-        "peers": _peers(swarm, island),
+        **({"address": address} if any("master" in one for one in peers) else {}),
+        "peers": peers,
     }
 
 
-def _peers(swarm: Swarm, island: Island) -> list[dict[str, Any]]:
-    islands = {one.name: one for one in swarm.islands}
+def _peers(swarm: Swarm, island: Island) -> Iterator[dict[str, Any]]:
+    """The islands with which topics are exchanged; to one without a master they go by its own relay."""
+    for peer in swarm.islands:
+        receives, sends = _crossing(swarm, peer, island), _crossing(swarm, island, peer)
+        if peer.has_master and (receives or sends):
+            yield {
+                "island": peer.name,
+                "master": swarm.master_uri(peer),
+                "hosts": list(swarm.uri_hosts_of(peer)),
+                "receives": receives,
+                "sends": sends,
+            }
+        elif receives:
+            yield {"island": peer.name, "domain": peer.discovery.domain, "receives": receives}
+
+
+def _crossing(swarm: Swarm, origin: Island, to: Island) -> list[dict[str, Any]]:
     commands = {one.topic for one in swarm.command_topics.values()}
-    return [
-        {
-            "island": peer,
-            "domain": islands[peer].discovery.domain,
-            "receives": [
-                {"topic": topic, "type": kind, "command": topic in commands}
-                for topic, kind in incoming.items()
-            ],
-        }
-        for peer, incoming in swarm.received[island.name].items()
-    ]
+    topics = swarm.received.get(to.name, {}).get(origin.name, {})
+    return [{"topic": topic, "type": kind, "command": topic in commands} for topic, kind in topics.items()]

@@ -27,7 +27,7 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
         render(
             "ros2/ros.env",
             swarm=swarm.name,
-            distro=swarm.distro,
+            distro=island.distro,
             variables=list(graph_environment.of_nodes(swarm, host, island).items()),
             address=graph_environment.own_address(host, island),
             workspaces=host.workspaces,
@@ -61,7 +61,7 @@ def setup_script(swarm: Swarm, host: Host, island: Island) -> File:
     text = render(
         "ros2/setup.bash",
         swarm=swarm.name,
-        distro=swarm.distro,
+        distro=island.distro,
         home=home(swarm),
         workspaces=host.workspaces,
         unset=[name for name in graph_environment.GRAPH_VARIABLES if name not in variables],

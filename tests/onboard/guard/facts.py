@@ -16,7 +16,7 @@ def parameters(port: int) -> dict[str, Any]:
         "uri": f"http://{LAPTOP}:{port}",
         "use_sim_time": False,
         "hosts": {"laptop": [LAPTOP, "laptop"], "k3-pi": [K3, "k3-pi"], "epuck-pi": [EPUCK, "epuck-pi"]},
-        "others": {"other": {"at": [OTHER, "other"], "receives": ["/k3/odom"]}},
+        "others": {"other": {"at": [OTHER, "other"], "receives": ["/k3/odom"], "sends": ["/far/scan"]}},
         "joined": [OTHER, "other"],
         "names": {
             "/rosout": ["laptop"],

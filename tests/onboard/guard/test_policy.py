@@ -61,6 +61,7 @@ PASS = [
     (OTHER, ("registerSubscriber", "/multimaster_other", "/k3/odom", TYPE, at(OTHER))),
     (OTHER, ("unregisterSubscriber", "/multimaster_other", "/k3/odom", at(OTHER))),
     (OTHER, ("getSystemState", "/multimaster_other")),
+    (OTHER, publish("/far/driver", "/far/scan", OTHER)),  # by a relay
 ]
 
 REFUSED = [
@@ -105,10 +106,11 @@ REFUSED = [
     (K3, ("unregisterPublisher", "/x", "/y", 3), "invalid arguments"),
     (K3, ("getParam", "/x"), "invalid arguments"),
     (K3, ("getParam", "/x", "/" + "y" * policy.LONGEST), "invalid arguments"),
-    (OTHER, publish("/x", "/k3/odom", OTHER), "hosts of other islands only subscribe"),
-    (OTHER, ("subscribeParam", "/x", at(OTHER), "/y"), "hosts of other islands only subscribe"),
+    (OTHER, publish("/x", "/k3/odom", OTHER), "nothing brings /k3/odom from its island"),
+    (OTHER, publish("/k3/driver", "/far/scan", OTHER), "/k3/driver belongs to k3-pi"),
+    (OTHER, ("subscribeParam", "/x", at(OTHER), "/y"), "hosts of other islands only subscribe and publish"),
     (OTHER, ("registerSubscriber", "/x", "/y", "*", at(OTHER)), "nothing brings /y to its island"),
-    (OTHER, serve("/x", "/y", OTHER), "hosts of other islands only subscribe"),
+    (OTHER, serve("/x", "/y", OTHER), "hosts of other islands only subscribe and publish"),
     (OTHER, ("setParam", "/x", "/y", 1), "hosts of other islands set no parameters"),
     (OTHER, ("setParam", "/x", "/rosversion", 1), "hosts of other islands set no parameters"),
 ]  # fmt: skip

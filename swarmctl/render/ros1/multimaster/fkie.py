@@ -179,6 +179,6 @@ def _sync_params(swarm: Swarm, incoming: Mapping[str, list[str]]) -> Mapping[str
 
 def _incoming(swarm: Swarm, island: Island) -> dict[str, list[str]]:
     """By hub of origin, the topics that are bridged to ``island``."""
-    hubs = {other.name: other.hub for other in swarm.islands}
+    hubs = {other.name: other.hub for other in swarm.islands if other.has_master}
     incoming = swarm.received.get(island.name, {})
-    return {hubs[origin]: list(topics) for origin, topics in incoming.items()}
+    return {hubs[origin]: list(topics) for origin, topics in incoming.items() if origin in hubs}

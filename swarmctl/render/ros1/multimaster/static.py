@@ -71,6 +71,7 @@ def _parameters(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
                 "sends": _listed(swarm.received.get(peer, {}).get(island.name, {})),
             }
             for peer, incoming in swarm.received[island.name].items()
+            if islands[peer].has_master
         ],
     }
 

@@ -8,8 +8,8 @@ use_sim_time: false
 hosts:                                  # of the island: addresses and names, as in the URIs of their nodes
   koala-laptop: [192.168.77.10, koala-laptop]
   k3-pi: [192.168.77.11, k3-pi]
-others:                                 # hosts of other islands that may call, and the topics they receive
-  epuck-pi: {at: [192.168.77.12, epuck-pi], receives: [/k3/odom]}
+others:                                 # hosts of other islands that may call, and the topics that cross
+  epuck-pi: {at: [192.168.77.12, epuck-pi], receives: [/k3/odom], sends: []}
 joined: [192.168.77.12, epuck-pi]       # where nodes run that a multimaster registers here
 names:                                  # who owns a node, service or parameter, and all below it
   /k3: [k3-pi]
@@ -32,12 +32,13 @@ LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 @dataclass(frozen=True)
 class Caller:
-    """A host that may call. ``at``: its addresses and names; ``receives``: the only topics to which it may
-    subscribe, None for a host of the island."""
+    """A host that may call. ``at``: its addresses and names; ``receives`` and ``sends``: the only topics to
+    which it may subscribe and that it may publish; ``receives`` is None for a host of the island."""
 
     host: str
     at: frozenset[str]
     receives: frozenset[str] | None = None
+    sends: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,8 @@ def parse(data: Mapping[str, Any]) -> Config:
     callers = [Caller(host, _lower(at)) for host, at in data["hosts"].items() if host != hub]
     callers.append(Caller(hub, _lower([*data["hosts"][hub], *LOOPBACK])))
     for host, one in data["others"].items():
-        callers.append(Caller(host, _lower(one["at"]), frozenset(one["receives"])))
+        crossing = frozenset(one["receives"]), frozenset(one["sends"])
+        callers.append(Caller(host, _lower(one["at"]), *crossing))
     return Config(
         hub=hub,
         address=str(ipaddress.ip_address(data["address"])),

@@ -134,11 +134,13 @@ class Policy:
             raise RefusedError(f"a node of that name runs on {known.host}")
 
     def _check_kind(self, caller: Caller, call: _Registration, what: str) -> None:
-        if caller.receives is not None and call.adds:
+        if caller.receives is not None and call.adds and call.kind != PUBLISHES:
             if call.kind != SUBSCRIBES:
-                raise RefusedError("hosts of other islands only subscribe")
+                raise RefusedError("hosts of other islands only subscribe and publish")
             if what not in caller.receives:
                 raise RefusedError(f"nothing brings {what} to its island")
+        elif caller.receives is not None and call.adds and what not in caller.sends:
+            raise RefusedError(f"nothing brings {what} from its island")
         elif call.kind == PUBLISHES and call.adds:
             owners = self.config.topics.get(what)
             if owners is not None and caller.host not in owners:
