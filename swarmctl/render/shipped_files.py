@@ -14,7 +14,7 @@ _NEEDS = {
     "gate": ("gate", "command", "ros", "common"),
     "guard": ("guard", "common"),
     "multimaster": ("multimaster", "common"),
-    "domain_relay": ("domain_relay", "common", "ros"),
+    "domain_relay": ("domain_relay", "multimaster", "common", "ros"),
     "stand_in": ("stand_in", "command", "ros", "common"),
     "teleop": ("teleop", "ros"),
 }

@@ -44,7 +44,10 @@ MAY_IMPORT = {
     "ros": set[str](),
     "ros1": {"swarm_onboard.ros", *ROS1, "geometry_msgs"},
     "ros2": {"swarm_onboard.ros", *ROS2, "geometry_msgs", "std_msgs"},
-    "domain_relay": {"swarm_onboard.common", "swarm_onboard.ros2", "rclpy", "diagnostic_msgs"},
+    "domain_relay": {
+        *("swarm_onboard.common", "swarm_onboard.multimaster", "swarm_onboard.ros", "swarm_onboard.ros2"),
+        *("rclpy", "diagnostic_msgs"),
+    },
     "rosserial": set[str](),
     "stand_in": {"swarm_onboard.command", "swarm_onboard.ros", "rospy", *MESSAGES},
     "teleop": {"swarm_onboard.ros", "yaml", *MESSAGES},

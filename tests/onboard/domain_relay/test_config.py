@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from swarm_onboard.domain_relay.config import Crossing, parse
+from swarm_onboard.domain_relay.config import Config, Crossing, Ros1Peer, parse
 
 DATA: dict[str, Any] = {
     "island": "k3-pi",
@@ -24,6 +24,50 @@ DATA: dict[str, Any] = {
         }
     ],
 }
+
+
+ROS_1: dict[str, Any] = {
+    "island": "koala",
+    "master": "http://192.168.77.10:11311",
+    "hosts": ["192.168.77.10", "Koala-Laptop"],
+    "receives": [{"topic": "/koala/odom", "type": "nav_msgs/Odometry"}],
+    "sends": [{"topic": "/koala/cmd_vel", "type": "geometry_msgs/Twist", "command": True}],
+}
+
+
+def with_ros_1(change: Callable[[Any], Any] = lambda _data: None) -> Config:
+    """The parameters of a relay with a peer of ROS 1 as well, after a change."""
+    data = copy.deepcopy({**DATA, "address": "192.168.77.20"})
+    data["peers"].append(copy.deepcopy(ROS_1))
+    change(data)
+    return parse(data)
+
+
+def test_a_peer_of_ros_1_is_read() -> None:
+    assert with_ros_1().ros1_peers == (
+        Ros1Peer(
+            "koala",
+            "http://192.168.77.10:11311",
+            frozenset({"192.168.77.10", "koala-laptop"}),
+            (Crossing("/koala/odom", "nav_msgs/Odometry", command=False),),
+            (Crossing("/koala/cmd_vel", "geometry_msgs/Twist", command=True),),
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (lambda data: data.update(address="192.168.77.10"), "two islands have one host: 192.168.77.10"),
+        (lambda data: data.pop("address"), "`address` is not an address or a name"),
+        (lambda data: data["peers"].append(ROS_1), "two islands have one master"),
+        (lambda data: data["peers"][1].update(master="192.168.77.10"), "is not an address"),
+        (lambda data: data["peers"][1].update(hosts=[]), "has no hosts"),
+    ],
+)
+def test_a_peer_of_ros_1_that_cannot_be_is_refused(change: Callable[[Any], None], complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        with_ros_1(change)
 
 
 def test_what_is_written_is_read() -> None:

@@ -52,7 +52,9 @@ class Node:
 
     def __init__(self, argv: Sequence[str], environment: Mapping[str, str]) -> None:
         self.lines: list[Any] = []
-        self.process = subprocess.Popen(argv, env=environment, stdout=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen(
+            argv, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self) -> None:
@@ -61,9 +63,38 @@ class Node:
             if line.startswith("{"):  # rospy prints sentences
                 self.lines.append(json.loads(line))
 
+    def write(self, value: Any) -> None:
+        """Sends it a line of JSON."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps(value) + "\n")
+        self.process.stdin.flush()
+
+    def end(self) -> None:
+        """Ends its input, and waits until it has ended."""
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        self.process.wait()
+
     def kill(self) -> None:
         self.process.kill()
         self.process.wait()
+
+
+def mounted(image: Path, place: Path, nodes: Path, folder: str) -> Path:
+    """Returns the root of a host below ``place``: ``image``, ``nodes`` and a shipped ``folder``."""
+    root = place / "root"
+    _run("mount", "-t", "tmpfs", "ros-host", str(place))
+    for name in ("root", "upper", "work"):
+        (place / name).mkdir()
+    layers = f"lowerdir={image},upperdir={place / 'upper'},workdir={place / 'work'}"
+    _run("mount", "-t", "overlay", "ros-host", "-o", layers, str(root))
+    _run("mount", "-t", "proc", "proc", str(root / "proc"))
+    _run("mount", "--rbind", "/dev", str(root / "dev"))
+    (root / folder).mkdir()
+    _run("cp", "-rT", str(onboard() / "nodes" / folder), str(root / folder))
+    _run("cp", "-r", str(onboard()), str(root / folder))
+    _run("cp", "-rT", str(nodes), str(root / "nodes"))
+    return root
 
 
 class RosHost:
@@ -74,19 +105,8 @@ class RosHost:
     """
 
     def __init__(self, image: Path, parameters: Mapping[str, Any], nodes: Path, folder: str = "gate") -> None:
-        self.root = PLACE / "root"
-        _run("mount", "-t", "tmpfs", "ros-host", str(PLACE))
-        for name in ("root", "upper", "work"):
-            (PLACE / name).mkdir()
-        layers = f"lowerdir={image},upperdir={PLACE / 'upper'},workdir={PLACE / 'work'}"
-        _run("mount", "-t", "overlay", "ros-host", "-o", layers, str(self.root))
-        _run("mount", "-t", "proc", "proc", str(self.root / "proc"))
-        _run("mount", "--rbind", "/dev", str(self.root / "dev"))
+        self.root = mounted(image, PLACE, nodes, folder)
         _run("ip", "link", "set", "lo", "up")
-        (self.root / folder).mkdir()
-        _run("cp", "-rT", str(onboard() / "nodes" / folder), str(self.root / folder))
-        _run("cp", "-r", str(onboard()), str(self.root / folder))
-        _run("cp", "-rT", str(nodes), str(self.root / "nodes"))
         (self.root / "params.yaml").write_text(json.dumps(parameters))
         self.start_master()
 

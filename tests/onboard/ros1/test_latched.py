@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_onboard.ros1.latched import Latched
+from swarm_onboard.ros.latched import Latched
 
 
 def test_the_first_command_of_a_new_node_counts():

@@ -32,8 +32,12 @@ class SlaveApi:
 
     async def start(self) -> int:
         """Starts to listen; returns the port."""
-        server = await asyncio.start_server(self._attend, sock=listening(), limit=16 << 10)
-        return int(server.sockets[0].getsockname()[1])
+        self._server = await asyncio.start_server(self._attend, sock=listening(), limit=16 << 10)
+        return int(self._server.sockets[0].getsockname()[1])
+
+    def close(self) -> None:
+        """Listens no more."""
+        self._server.close()
 
     async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         caller = str((writer.get_extra_info("peername") or ("",))[0])

@@ -1,7 +1,7 @@
-"""The relay in its domains: a subscription for each topic that comes here, a publisher for each sender.
+"""The relay in domains of ROS 2: a subscription for each topic that crosses, a publisher for each sender.
 
-A topic is published here by nodes that have the names of those on the other island, so that whoever decides
-by the sender's name, as a robot's driver does, decides here as there.
+A topic is published by nodes that have the names of those on the other island, so that whoever decides
+by the sender's name, as a robot's driver does, decides there as here.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import contextlib
 import threading
 import time
 from importlib import import_module
-from typing import Any, Callable
+from typing import Any, Callable, Iterable, Protocol, Sequence
 
 import rclpy
 from rclpy.duration import Duration
@@ -19,13 +19,14 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from swarm_onboard.domain_relay import publishers as known
 from swarm_onboard.domain_relay.config import Config, Crossing, Peer
+from swarm_onboard.domain_relay.peer_state import PeerState
 from swarm_onboard.ros2.late import Late
 from swarm_onboard.ros2.senders import full_name, subscribe_with_sender
 
 DIAGNOSTICS = "/diagnostics"
 EXPIRES = 0.5  # s after which a network drops a command: a robot's dead-man would have stopped it
 LOOK_EVERY = 0.2  # s between two looks at the publishers of a domain
-_DEPTH = 10
+DEPTH = 10
 _NAMELESS = "_NODE_NAME_UNKNOWN_"
 
 
@@ -44,6 +45,17 @@ def node_in(context: Any, full: str) -> Any:
     )
 
 
+def profile_of(command: bool, quality: known.Quality) -> QoSProfile:
+    """Returns with which quality a topic crosses."""
+    profile = QoSProfile(depth=1 if command else DEPTH)
+    profile.reliability = ReliabilityPolicy.RELIABLE if quality.reliable else ReliabilityPolicy.BEST_EFFORT
+    if quality.latched:
+        profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
+    if command:
+        profile.lifespan = Duration(seconds=EXPIRES)
+    return profile
+
+
 def message_class(kind: str) -> Any:
     """Returns the class of a message type such as ``geometry_msgs/Twist``; None if this host lacks it."""
     package, _, name = kind.partition("/")
@@ -51,6 +63,16 @@ def message_class(kind: str) -> Any:
         return getattr(import_module(f"{package}.msg"), name)
     except (ImportError, AttributeError):
         return None
+
+
+class Island(Protocol):
+    """Where a topic is published, by nodes with the names of its senders elsewhere."""
+
+    def publisher(self, sender: str, message: Any, crossing: Crossing, quality: known.Quality) -> Any:
+        """Returns a new publisher of the node with this full name."""
+
+    def remove(self, sender: str, publisher: Any) -> None:
+        """Removes a publisher, and its node if it has no other one."""
 
 
 class Home:
@@ -62,12 +84,13 @@ class Home:
         self._lock = threading.Lock()
         self._nodes: dict[str, tuple[Any, int]] = {}  # with the number of their publishers
 
-    def publisher(self, sender: str, message: Any, topic: str, profile: QoSProfile) -> Any:
+    def publisher(self, sender: str, message: Any, crossing: Crossing, quality: known.Quality) -> Any:
         """Returns a new publisher of the node with this full name."""
+        profile = profile_of(crossing.command, quality)
         with self._lock:
             node, count = self._nodes.get(sender) or (node_in(self.context, sender), 0)
             self._nodes[sender] = node, count + 1
-        return node.create_publisher(message, topic, profile)
+        return node.create_publisher(message, crossing.topic, profile)
 
     def remove(self, sender: str, publisher: Any) -> None:
         """Removes a publisher, and its node if it has no other one."""
@@ -81,11 +104,11 @@ class Home:
 
 
 class Topic:
-    """A topic of another island, and its publishers here."""
+    """A topic in the domain of ``source``, and its publishers on the island to which it goes."""
 
-    def __init__(self, crossing: Crossing, message: Any, source: Any, home: Home) -> None:
-        self.name, self._message = crossing.topic, message
-        self._command, self._source, self._home = crossing.command, source, home
+    def __init__(self, crossing: Crossing, message: Any, source: Any, target: Island) -> None:
+        self.name, self._crossing, self._message = crossing.topic, crossing, message
+        self._command, self._source, self._target = crossing.command, source, target
         self._late, self._unnamed = Late(EXPIRES), known.Unnamed()
         self._names: dict[bytes, str] = {}
         self._here: dict[str, Any] = {}  # publishers by sender
@@ -94,22 +117,20 @@ class Topic:
 
     @property
     def senders(self) -> list[str]:
-        """The nodes of the other island that publish it."""
+        """The nodes that publish it."""
         return sorted(self._here)
 
     def look(self, brought: Any) -> None:
-        """Follows the publishers of the other island. ``brought``: the participants of relays there."""
+        """Follows its publishers. ``brought``: the participants of relays there."""
         found = known.of_island(self._publishers(), brought)
         self._names = known.named(found, self._here)
         wanted, quality = set(self._names.values()), known.quality(found)
         if found and quality != self._quality:
             self._subscribe(quality)
         for sender in wanted.difference(self._here):
-            self._here[sender] = self._home.publisher(
-                sender, self._message, self.name, self._profile(quality)
-            )
+            self._here[sender] = self._target.publisher(sender, self._message, self._crossing, quality)
         for sender in set(self._here).difference(wanted):
-            self._home.remove(sender, self._here.pop(sender))
+            self._target.remove(sender, self._here.pop(sender))
         for gid, sender in self._names.items():
             for message in self._unnamed.taken(gid):
                 self._here[sender].publish(message)
@@ -129,22 +150,11 @@ class Topic:
     def _subscribe(self, quality: known.Quality) -> None:
         self._end()
         for sender in list(self._here):  # their quality changes, too
-            self._home.remove(sender, self._here.pop(sender))
-        self._quality, profile = quality, self._profile(quality)
+            self._target.remove(sender, self._here.pop(sender))
+        self._quality, profile = quality, profile_of(self._command, quality)
         self._end = subscribe_with_sender(
             self._source, self._message, self.name, self._received, profile, raw=True
         )
-
-    def _profile(self, quality: known.Quality) -> QoSProfile:
-        profile = QoSProfile(depth=1 if self._command else _DEPTH)
-        profile.reliability = (
-            ReliabilityPolicy.RELIABLE if quality.reliable else ReliabilityPolicy.BEST_EFFORT
-        )
-        if quality.latched:
-            profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
-        if self._command:
-            profile.lifespan = Duration(seconds=EXPIRES)
-        return profile
 
     def _received(self, message: bytes, gid: bytes, sent: int, arrived: int) -> None:
         """Times in ns, each by the clock of its host."""
@@ -157,26 +167,17 @@ class Topic:
             self._unnamed.keep(gid, message)
 
 
-class Away:
-    """The domain of another island, and the topics that come from it. It runs in a thread of its own."""
+class Domain:
+    """A domain with topics that go elsewhere, in a thread of its own."""
 
-    def __init__(self, config: Config, peer: Peer, home: Home) -> None:
-        self.island = peer.island
-        self._context = context_of(peer.domain)
-        self._node = node_in(self._context, config.node)
-        found = {one: message_class(one.type) for one in peer.receives}
-        self._topics = [Topic(one, kind, self._node, home) for one, kind in found.items() if kind is not None]
-        self.missing = {one.topic: one.type for one, kind in found.items() if kind is None}
-        self.nodes = 0  # of the other island, as the graph names them
+    def __init__(self, node: Any, topics: Sequence[Topic]) -> None:
+        self._node, self._topics = node, topics
+        self.nodes = 0  # of islands, as the graph names them
         self.looked = time.monotonic()
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
-        self._node.create_timer(LOOK_EVERY, self._look)
-        threading.Thread(target=self._spin, name=peer.island, daemon=True).start()
-
-    def senders(self) -> dict[str, list[str]]:
-        """The nodes that publish each topic."""
-        return {one.name: one.senders for one in self._topics}
+        self._executor = SingleThreadedExecutor(context=node.context)
+        self._executor.add_node(node)
+        node.create_timer(LOOK_EVERY, self._look)
+        threading.Thread(target=self._spin, name=node.get_name(), daemon=True).start()
 
     def _look(self) -> None:
         infos = self._node.get_publishers_info_by_topic(DIAGNOSTICS)
@@ -190,3 +191,29 @@ class Away:
     def _spin(self) -> None:
         with contextlib.suppress(ExternalShutdownException):
             self._executor.spin()
+
+
+class Away:
+    """Another island of ROS 2, and the topics that come from it."""
+
+    def __init__(self, config: Config, peer: Peer, home: Home) -> None:
+        self._island = peer.island
+        node = node_in(context_of(peer.domain), config.node)
+        self._topics, self._unfit = topics_of(peer.receives, node, home)
+        self.domain = Domain(node, self._topics)
+
+    def state(self) -> PeerState:
+        """The state of the peer now."""
+        problem = "" if self.domain.nodes else "no node is seen"
+        return PeerState(
+            self._island, problem, self._unfit, (), {one.name: one.senders for one in self._topics}
+        )
+
+
+def topics_of(
+    crossings: Iterable[Crossing], source: Any, target: Island
+) -> tuple[list[Topic], dict[str, str]]:
+    """Returns the topics that can cross, and what is wrong with the others."""
+    found = {one: message_class(one.type) for one in crossings}
+    lacking = {one.topic: f"this host lacks {one.type}" for one, kind in found.items() if kind is None}
+    return [Topic(one, kind, source, target) for one, kind in found.items() if kind is not None], lacking

@@ -47,12 +47,13 @@ def named(publishers: Iterable[Publisher], before: Collection[str]) -> dict[byte
 
     ``before``: nodes that were among them, which no flood drives out.
     """
-    found = {one.gid: one.node for one in publishers if _is_valid(one.node)}
+    found = {one.gid: one.node for one in publishers if is_valid(one.node)}
     kept = sorted(set(found.values()), key=lambda node: (node not in before, node))[:_MOST_NAMED]
     return {gid: node for gid, node in found.items() if node in kept}
 
 
-def _is_valid(node: str) -> bool:
+def is_valid(node: str) -> bool:
+    """Returns whether a node of ROS 2 can have this full name."""
     return len(node) <= _LONGEST and _NODE.fullmatch(node) is not None
 
 

@@ -7,9 +7,11 @@ from typing import Any, Sequence
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from swarm_onboard.domain_relay.config import Config
-from swarm_onboard.domain_relay.domains import DIAGNOSTICS, Away
+from swarm_onboard.domain_relay.domains import DIAGNOSTICS
+from swarm_onboard.domain_relay.peer_state import PeerState
 
 _MOST_NAMED = 3  # peers in the message
+_MOST_REFUSED = 10  # lines
 
 
 class Report:
@@ -19,21 +21,26 @@ class Report:
         self._island, self._node = config.island, node
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, 1)
 
-    def publish(self, peers: Sequence[Away]) -> str:
+    def publish(self, peers: Sequence[PeerState]) -> str:
         """Publishes it. Returns the message of the status."""
-        lost = [one.island for one in peers if not one.nodes][:_MOST_NAMED]
-        missing = {topic: kind for one in peers for topic, kind in one.missing.items()}
+        lost = [one for one in peers if one.problem]
+        unfit = [f"{topic}: {why}" for one in peers for topic, why in one.unfit.items()]
+        refused = [line for one in peers for line in one.refused]
         message = f"{len(peers) - len(lost)} of {len(peers)} peers connected"
-        message += "".join(f"; {name}: no node is seen" for name in lost)
-        message += "".join(f"; {topic}: this host lacks {kind}" for topic, kind in missing.items())
-        level = DiagnosticStatus.ERROR if missing else DiagnosticStatus.WARN if lost else DiagnosticStatus.OK
+        message += "".join(f"; {one.island}: {one.problem}" for one in lost[:_MOST_NAMED])
+        message += "".join(f"; {line}" for line in unfit)
+        if refused:
+            message += f"; refused {refused[0]}"
+            message += f", and {len(refused) - 1} more" if len(refused) > 1 else ""
+        warns = DiagnosticStatus.WARN if lost or refused else DiagnosticStatus.OK
         values = [
             KeyValue(key=f"{one.island} {topic}", value=", ".join(senders) or "nobody publishes it")
             for one in peers
-            for topic, senders in one.senders().items()
+            for topic, senders in one.senders.items()
         ]
+        values += [KeyValue(key="refused", value=line) for line in refused[:_MOST_REFUSED]]
         status = DiagnosticStatus(
-            level=level,
+            level=DiagnosticStatus.ERROR if unfit else warns,
             name=f"{self._island}: multimaster",
             message=message,
             hardware_id="multimaster",

@@ -65,7 +65,7 @@ def _objection(peer: Peer, entry: Entry, declared: str, kind: str) -> str:
         return f"its type is {kind}, declared is {declared}"
     if runs_on(peer, entry):
         return ""
-    return f"it runs at `{_host_of(entry.uri)}`, which is not a host of island {peer.island}"
+    return f"it runs at `{host_of(entry.uri)}`, which is not a host of island {peer.island}"
 
 
 def may_come(peer: Peer, entry: Entry) -> bool:
@@ -75,10 +75,11 @@ def may_come(peer: Peer, entry: Entry) -> bool:
 
 def runs_on(peer: Peer, entry: Entry) -> bool:
     """Whether the node of ``entry`` runs on a host of ``peer``."""
-    return _host_of(entry.uri) in peer.hosts
+    return host_of(entry.uri) in peer.hosts
 
 
-def _host_of(uri: str) -> str:
+def host_of(uri: str) -> str:
+    """Returns the host in the URI of a node; empty if it is none."""
     try:
         parts = urlsplit(uri)
         return (parts.hostname or "") if parts.scheme == "http" and parts.port and " " not in uri else ""

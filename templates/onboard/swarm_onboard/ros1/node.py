@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence
 import rospy
 from geometry_msgs.msg import Twist
 
+from swarm_onboard.ros.latched import Latched
 from swarm_onboard.ros.node import Kind, TakeCommand, TakeSetting
 from swarm_onboard.ros1 import master
 from swarm_onboard.ros1.board_types import raw_class
-from swarm_onboard.ros1.latched import Latched
 
 if TYPE_CHECKING:
     from swarm_onboard.ros1.registration import Registration

@@ -1,24 +1,27 @@
-"""Converts messages of ROS 2 to and from bytes as ROS 1 serialises them, for boards that speak rosserial.
+"""Converts messages of ROS 2 to and from bytes as ROS 1 serialises them, for boards and islands of ROS 1.
 
-Little-endian, nothing padded; a text or a list of any length begins with its length in 4 bytes
-(wiki.ros.org/msg). A header has a sequence number in front, which ROS 2 does not have.
+Little-endian as the computers here, nothing padded; a text or a list of any length begins with its length in
+4 bytes (wiki.ros.org/msg). A header has a sequence number in front, which ROS 2 does not have.
 """
 
 from __future__ import annotations
 
 import re
 import struct
+from array import array
 from functools import lru_cache
 from importlib import import_module
 from typing import Any, Callable, Tuple
 
+_BOOLEAN, _OCTET = "boolean", "octet"  # lists of them are no arrays in rclpy
 _NUMBERS = {
-    "boolean": "?", "octet": "B", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I",
+    _BOOLEAN: "?", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I",
     "int32": "i", "uint64": "Q", "int64": "q", "float": "f", "double": "d",
 }  # fmt: skip
 _LIST = re.compile(r"sequence<(?P<any>[^,>]+(<\d+>)?)(, \d+)?>|(?P<some>.+)\[(?P<count>\d+)\]")
 _TIMES = {"builtin_interfaces/Time": "<II", "builtin_interfaces/Duration": "<ii"}
 _HEADER = "std_msgs/Header"
+_NEW_FIELDS = {"sensor_msgs/Range": "variance"}  # which ROS 1 does not have
 
 #: Writes a value to bytes; reads one from bytes at a position and returns the position behind it.
 Codec = Tuple[Callable[[Any], bytes], Callable[[bytes, int], Tuple[Any, int]]]
@@ -40,7 +43,7 @@ def decode(name: str, data: bytes) -> Any:
     """Returns the message of the type ``name`` in ``data``. Raises ValueError if it holds another one."""
     try:
         message, end = _message(name)[1](data, 0)
-    except (struct.error, UnicodeDecodeError) as error:
+    except (struct.error, UnicodeDecodeError, AssertionError) as error:  # the last: of rclpy
         raise ValueError(f"{len(data)} bytes are no {name}: {error}") from error
     if end != len(data):
         raise ValueError(f"{len(data)} bytes are no {name}: {len(data) - end} too many")
@@ -50,7 +53,8 @@ def decode(name: str, data: bytes) -> Any:
 @lru_cache(maxsize=None)
 def _message(name: str) -> Codec:
     kind = message_class(name)
-    fields = [(field, _codec(text)) for field, text in kind.get_fields_and_field_types().items()]
+    fields = [(field, _codec(text)) for field, text in kind.get_fields_and_field_types().items()
+              if field != _NEW_FIELDS.get(name)]  # fmt: skip
     sequence_number = 4 if name == _HEADER else 0
 
     def write(message: Any) -> bytes:
@@ -75,7 +79,9 @@ def _codec(text: str) -> Codec:
         count = found["count"]
         return _list(found["any"] or found["some"], int(count) if count else None)
     if text in _NUMBERS:
-        return _octet() if text == "octet" else _number(f"<{_NUMBERS[text]}")
+        return _number(f"<{_NUMBERS[text]}")
+    if text == _OCTET:
+        return _octet()
     if text in _TIMES:
         return _time(text, struct.Struct(_TIMES[text]))
     return _text() if text.startswith("string") else _message(text)
@@ -115,23 +121,26 @@ def _text() -> Codec:
 
 
 def _list(element: str, count: int | None) -> Codec:
-    """A list; numbers in one piece, since lists of bytes are long."""
+    """A list; numbers in one piece, since images and scans are long."""
     write_one, read_one = _codec(element)
-    layout = "" if element == "octet" else _NUMBERS.get(element, "")
+    layout = _NUMBERS[element] if element in _NUMBERS and element != _BOOLEAN else ""
+    least = struct.calcsize(f"<{layout}") if layout else 1  # bytes of an element
 
     def write(values: Any) -> bytes:
         length = b"" if count is not None else struct.pack("<I", len(values))
         if layout:
-            return length + struct.pack(f"<{len(values)}{layout}", *values)
+            return length + array(layout, values).tobytes()
         return length + b"".join(map(write_one, values))
 
-    def read(data: bytes, at: int) -> tuple[list[Any], int]:
+    def read(data: bytes, at: int) -> tuple[Any, int]:
         length = count
         if length is None:
             (length,), at = struct.unpack_from("<I", data, at), at + 4
+        if length * least > len(data) - at:
+            raise struct.error(f"a list of {length} is cut short")
         if layout:
-            packed = struct.Struct(f"<{length}{layout}")
-            return list(packed.unpack_from(data, at)), at + packed.size
+            numbers = array(layout, data[at : at + length * least])
+            return (numbers if count is None else numbers.tolist()), at + length * least
         values = []
         for _ in range(length):
             value, at = read_one(data, at)

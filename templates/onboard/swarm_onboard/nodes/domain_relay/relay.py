@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The relay of an island of ROS 2: ``relay.py --config FILE``. It waits for the nodes of other islands."""
+"""The relay of an island of ROS 2: ``relay.py --config FILE``. It waits for other islands."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ import argparse
 import os
 import signal
 import sys
+import threading
 import time
 from pathlib import Path
 
 from swarm_onboard.common.parameters import ConfigError
 from swarm_onboard.common.systemd import Notifier
-from swarm_onboard.domain_relay.config import load
+from swarm_onboard.domain_relay.config import Config, load
 
 _TICK = 1.0  # s between two diagnostics messages
 _HANGS = 5.0  # s without a look at a domain
@@ -29,20 +30,37 @@ def main(arguments: list[str]) -> int:
         print(error, file=sys.stderr)
         return 1
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-        signal.signal(number, lambda *_: os._exit(0))  # the network forgets its nodes by itself
-    from swarm_onboard.domain_relay.domains import Away, Home  # noqa: PLC0415  rclpy takes long to import
-    from swarm_onboard.domain_relay.report import Report  # noqa: PLC0415
+        signal.signal(number, lambda *_: os._exit(0))  # domains forget its nodes by themselves
+    return _serve(config)
 
-    notifier, home = Notifier(), Home(config)
+
+def _serve(config: Config) -> int:
+    from swarm_onboard.domain_relay.domains import Away, Domain, Home  # noqa: PLC0415  rclpy takes long to import
+    from swarm_onboard.domain_relay.masters import Masters  # noqa: PLC0415
+    from swarm_onboard.domain_relay.report import Report  # noqa: PLC0415
+    from swarm_onboard.domain_relay.ros1_island import Ros1Island  # noqa: PLC0415
+
+    notifier, home, ended = Notifier(), Home(config), threading.Event()
     report = Report(config, home.node)
-    peers = [Away(config, peer, home) for peer in config.peers]
+    away = [Away(config, peer, home) for peer in config.peers]
+    masters = Masters(config, home)
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, lambda *_: ended.set())  # a master of ROS 1 forgets nothing by itself
+    peers: list[Away | Ros1Island] = [*away, *masters.islands]
+    looked: list[Masters | Domain] = [masters, *(one.domain for one in away)]
+    if masters.topics:
+        looked.append(Domain(home.node, masters.topics))
     notifier.ready()
-    while all(time.monotonic() - one.looked < _HANGS for one in peers):
-        notifier.status(report.publish(peers))
+    while not ended.is_set():
+        if any(time.monotonic() - one.looked > _HANGS for one in looked):
+            print("a domain is not looked at any more", file=sys.stderr)
+            return 1
+        notifier.status(report.publish([one.state() for one in peers]))
         notifier.beat()
-        time.sleep(min(_TICK, notifier.interval or _TICK))
-    print("a domain is not looked at any more", file=sys.stderr)
-    return 1
+        ended.wait(min(_TICK, notifier.interval or _TICK))
+    notifier.stopping()
+    masters.leave()
+    os._exit(0)
 
 
 if __name__ == "__main__":
