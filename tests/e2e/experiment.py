@@ -118,10 +118,10 @@ class Experiment:
             assert self.ways()[robot] == before, f"{robot} moves"
             time.sleep(0.05)
 
-    def refuses(self, robot: str, received_on: str) -> None:
+    def refuses(self, robot: str, received_on: str, stranger: str = "") -> None:
         """Wait until the driver of ``robot`` says that it refuses a stranger; it stands all the while."""
         before = self.ways()[robot]
-        refusal = f"refuses {self.lab.ros.stranger}"
+        refusal = f"refuses {stranger or self.lab.ros.stranger}"
         until(lambda: refusal in self.lab.diagnosis(received_on, robot), "nothing is refused")
         assert self.ways()[robot] == before, f"{robot} has moved"
 

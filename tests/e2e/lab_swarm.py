@@ -19,7 +19,7 @@ import pytest
 
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
-from swarmctl.render.middleware import middleware_of
+from swarmctl.swarm.discovery import has_master
 from tests.child_process import child_process
 from tests.e2e import forked
 from tests.e2e.forked import Process, console_script
@@ -103,7 +103,13 @@ class LabSwarm:
         found, _ = load_swarm(self.spec)
         assert found is not None
         self.hosts: Mapping[str, str] = {host.name: host.address for host in found.hosts.values()}
-        self.ros: RosCommands = Ros1() if "master" in middleware_of(found.distro).capabilities else Ros2()
+        self.swarm = found
+        self.ros: RosCommands = Ros1() if has_master(found.distro) else Ros2()
+
+    def ros_on(self, host: str) -> RosCommands:
+        """The commands of the ROS of ``host``, which may be in no island."""
+        found = [one for one in self.swarm.islands if host in one.hosts]
+        return self.ros if not found else Ros1() if found[0].has_master else Ros2()
 
     def up(self, *options: str) -> None:
         done = self._run([str(SWARMCTL), "lab", "up", str(self.spec), "--name", self.name, *options], IMAGE)
@@ -313,7 +319,7 @@ class LabSwarm:
 
     def diagnosis(self, host: str, robot: str) -> str:
         """The next diagnostics of the driver of ``robot``, received on ``host``."""
-        return self.shell(host, f"{SOURCE}; {self.ros.diagnosis(f'{robot}: driver')}")
+        return self.shell(host, f"{SOURCE}; {self.ros_on(host).diagnosis(f'{robot}: driver')}")
 
     @contextmanager
     def driving(self, host: str, robot: str, linear: float, angular: float = 0.0) -> Iterator[Publisher]:
@@ -333,8 +339,14 @@ class LabSwarm:
         source: str = SOURCE,
         rate: int = 10,
     ) -> Iterator[Publisher]:
-        publish = self.ros.publish(f"/{robot}/cmd_vel", linear, angular, rate)
-        command = f"{source}; echo $$; exec {publish}"
+        publish = self.ros_on(host).publish(f"/{robot}/cmd_vel", linear, angular, rate)
+        with self.running(host, publish, source=source) as publisher:
+            yield publisher
+
+    @contextmanager
+    def running(self, host: str, command: str, *, source: str = SOURCE) -> Iterator[Publisher]:
+        """A command on ``host`` that goes on until it is killed."""
+        command = f"{source}; echo $$; exec {command}"
         argv = self.shell_argv(host, command)
         nothing = subprocess.DEVNULL
         with child_process(argv, stdin=nothing, stdout=subprocess.PIPE, stderr=nothing) as process:

@@ -6,10 +6,10 @@ import json
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
-from swarmctl.render.middleware import middleware_of
+from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.swarm import names
 from swarmctl.swarm.command_topics import COMMAND
-from swarmctl.swarm.resolved import Island, Program, Robot, Swarm
+from swarmctl.swarm.resolved import Island, Program, Robot, Swarm, carrier
 from swarmctl.swarm.topics import actuators_of
 from tests.e2e.lab_swarm import SOURCE, LabSwarm
 
@@ -54,9 +54,9 @@ def subscribes(node: str, *topics: str) -> Iterator[End]:
     return (End(topic, "subscribes", node) for topic in topics)
 
 
-def of_ros_itself(spec: Swarm, *nodes: str) -> Iterator[End]:
+def of_ros_itself(island: Island, *nodes: str) -> Iterator[End]:
     """What every node has, and in ROS 1 the node that comes with each master."""
-    if is_ros2(spec):
+    if not island.has_master:
         for node in nodes:
             yield from publishes(node, ROSOUT, "/parameter_events")
         return
@@ -66,18 +66,12 @@ def of_ros_itself(spec: Swarm, *nodes: str) -> Iterator[End]:
     yield from publishes("/rosout", "/rosout_agg")
 
 
-def is_ros2(spec: Swarm) -> bool:
-    return "master" not in middleware_of(spec.distro).capabilities
-
-
 def real(swarm: LabSwarm, spec: Swarm) -> dict[str, set[End]]:
     """By island, what its master lists, or a node on its hub sees; read from inside the lab."""
-    if is_ros2(spec):
-        look = f"{SOURCE}; python3 -c '{LOOK_2}'"
-        return {island.name: _ends(json.loads(swarm.shell(island.hub, look))) for island in spec.islands}
     found = {}
     for island in spec.islands:  # a filtered master lets no other island look
-        look = f"python3 -c '{LOOK}' {spec.master_uri(island)}"
+        one, two = f"python3 -c '{LOOK}' {spec.master_uri(island)}", f"{SOURCE}; python3 -c '{LOOK_2}'"
+        look = one if island.has_master else two
         found[island.name] = _ends(json.loads(swarm.shell(island.hub, look)))
     return found
 
@@ -93,39 +87,44 @@ def _ends(state: list[list[tuple[str, list[str]]]]) -> set[End]:
 
 def expected(spec: Swarm, absent: Collection[str] = ()) -> dict[str, set[End]]:
     """By island, what its master should list; ``absent`` programs are left out."""
-    own = {island.name: set(_of_island(spec, island, absent)) for island in spec.islands}
+    islands = {island.name: island for island in spec.islands}
+    own = {name: set(_of_island(spec, island, absent)) for name, island in islands.items()}
     found = {name: set(ends) for name, ends in own.items()}
     for bridge in spec.bridges:
-        for to in bridge.to:
+        for name in bridge.to:
+            origin, to = islands[bridge.origin], islands[name]
             crossing = {
                 one for one in own[bridge.origin] if (one.topic, one.way) == (bridge.topic, "publishes")
             }
-            found[to] |= crossing
-            if is_ros2(spec):  # its node is not the same one, but has the same name
-                found[to].update(end for one in crossing for end in publishes(one.node, "/parameter_events"))
-                found[bridge.origin].update(publishes(names.multimaster_node(to), "/parameter_events"))
-            found[bridge.origin].update(subscribes(names.multimaster_node(to), bridge.topic))
+            found[name] |= crossing
+            if not to.has_master:  # its node is not the same one, but has the same name
+                for one in crossing:
+                    found[name].update(publishes(one.node, "/parameter_events"))
+            joins = names.multimaster_node(carrier(origin, to).name)
+            if not origin.has_master:
+                found[bridge.origin].update(publishes(joins, "/parameter_events"))
+            found[bridge.origin].update(subscribes(joins, bridge.topic))
     return found
 
 
 def _of_island(spec: Swarm, island: Island, absent: Collection[str]) -> Iterator[End]:
-    yield from of_ros_itself(spec)
+    yield from of_ros_itself(island)
     for host in island.hosts:
         for robot in spec.robots_on(host):
             topics = [topic.name for topic in robot.topics]
             full = [_full(robot, one) for one in topics]
             placed = ["/tf_static"] if any("/" in one for one in topics if not one.startswith("/")) else []
-            others = ["/tf", *placed, *(["robot_description"] if is_ros2(spec) else [])]
+            others = ["/tf", *placed, *(["robot_description"] if not island.has_master else [])]
             yield from publishes(robot.driver_node, *full, *(_full(robot, one) for one in others))
-            received = [COMMAND, *actuators_of(robot.type)]
+            received = [COMMAND, *(actuators_of(robot.type) if isinstance(robot.type, RobotType) else ())]
             yield from subscribes(robot.driver_node, *(f"{robot.namespace}/{one}" for one in received))
-            yield from of_ros_itself(spec, robot.driver_node)
+            yield from of_ros_itself(island, robot.driver_node)
         for program in spec.programs_on(host):
             if program.name not in absent and not program.is_interactive:
                 yield from _of_program(spec, program)
-                yield from of_ros_itself(spec, program.node)
-    if any(island.name in bridge.to for bridge in spec.bridges):
-        own = ("/diagnostics", *(["/parameter_events"] if is_ros2(spec) else []))
+                yield from of_ros_itself(island, program.node)
+    if island.name in spec.carriers:
+        own = ("/diagnostics", *(["/parameter_events"] if not island.has_master else []))
         yield from publishes(names.multimaster_node(island.name), *own)
 
 
