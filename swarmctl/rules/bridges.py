@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -16,6 +17,17 @@ from swarmctl.swarm.names import driver_node, resolved
 from swarmctl.swarm.topics import DIAGNOSTICS
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
+
+#: Of packages that both have, what only one has, or what has other fields in the other one.
+_TYPES_OF_ONE_ROS = {
+    *("std_msgs/Time", "std_msgs/Duration", "rosgraph_msgs/Log", "rosgraph_msgs/TopicStatistics"),
+    *("visualization_msgs/Marker", "visualization_msgs/MarkerArray"),
+    *("tf2_msgs/LookupTransformActionGoal", "tf2_msgs/LookupTransformActionResult"),
+}
+_PACKAGES_OF_ONE_ROS = {
+    *("actionlib", "dynamic_reconfigure", "move_base_msgs", "roscpp", "rosserial_msgs", "tf", "topic_tools"),
+    *("rcl_interfaces", "action_msgs", "lifecycle_msgs", "nav2_msgs", "unique_identifier_msgs"),
+}
 
 
 def _crossings(context: RuleContext) -> Iterator[tuple[Loc, Crossing]]:
@@ -98,6 +110,29 @@ def _nearest(context: RuleContext, topic: str) -> str | None:
     return nearest(topic, tuple(known))
 
 
+@rule("MM018")
+def types_of_one_ros(context: RuleContext) -> Iterator[Diagnostic]:
+    """A topic bridged between ROS 1 and ROS 2 whose message type one of them lacks, or has otherwise."""
+    masters = {island.name: island.has_master for island in context.islands}
+    for bridge in context.bridges:
+        package = bridge.type.partition("/")[0]
+        apart = [to for to in bridge.to if masters[to] is not masters[bridge.origin]]
+        if apart and (package in _PACKAGES_OF_ONE_ROS or bridge.type in _TYPES_OF_ONE_ROS):
+            yield Diagnostic(
+                "MM018",
+                f"`{bridge.topic}` cannot cross from `{bridge.origin}` to `{apart[0]}`: "
+                f"ROS 1 and ROS 2 do not both have `{bridge.type}`",
+                context.span(*_loc(bridge.cause)),
+                label="needs it there",
+                help=("publish it as a type that both have, such as one of sensor_msgs or geometry_msgs",),
+            )
+
+
+def _loc(cause: str) -> Loc:
+    """The place of the entry of the spec that needs a bridge."""
+    return tuple(int(one) if one.isdigit() else one for one in re.findall(r"[^.\[\]]+", cause))
+
+
 @dataclass(frozen=True)
 class _Started:
     """The nodes of one program or driver, all of whose names are known, on their island."""
@@ -109,9 +144,9 @@ class _Started:
     file: tuple[str | None, str | None] = (None, None)  # package and launch file
 
 
-@rule("MM017", needs="master")
+@rule("MM017")
 def equal_nodes(context: RuleContext) -> Iterator[Diagnostic]:
-    """A bridged topic brings a node to a master that has another node of its name.
+    """A bridged topic brings a node to an island that has another node of its name.
 
     Which node of a launch file publishes the topic is not known: all of its names must be taken.
     """
@@ -119,6 +154,7 @@ def equal_nodes(context: RuleContext) -> Iterator[Diagnostic]:
         return
     local = tuple(_local(context))
     taken = {(one.island, node): one for one in local for node in one.nodes}
+    masters = {island.name: island.has_master for island in context.islands}
     by_owner = {one.owner: one for one in local}
     publishers = tuple(_publishers(context))
     brought: dict[str, list[_Started]] = {}
@@ -134,7 +170,8 @@ def equal_nodes(context: RuleContext) -> Iterator[Diagnostic]:
                 if other is None or frozenset((own.owner, other.owner)) in reported:
                     continue
                 reported.add(frozenset((own.owner, other.owner)))
-                yield _finding(own, other, bridge.topic, to)
+                shuts_down = masters[bridge.origin] and masters[to]
+                yield _finding(own, other, bridge.topic, to, shuts_down=shuts_down)
 
 
 def _meet(one: _Started, other: _Started) -> bool:
@@ -143,7 +180,7 @@ def _meet(one: _Started, other: _Started) -> bool:
     return one.owner != other.owner and same
 
 
-def _finding(own: _Started, other: _Started, topic: str, to: str) -> Diagnostic:
+def _finding(own: _Started, other: _Started, topic: str, to: str, *, shuts_down: bool) -> Diagnostic:
     listed = ", ".join(f"`{node}`" for node in sorted(own.nodes))
     nodes = f"node {listed}" if len(own.nodes) == 1 else f"the publisher among {listed}"
     has = f"where {other.owner} has" if other.island == to else f"as it does that of {other.owner} with"
@@ -151,7 +188,9 @@ def _finding(own: _Started, other: _Started, topic: str, to: str) -> Diagnostic:
         "MM017",
         f"`{topic}` brings {nodes} of {own.owner} to island `{to}`, {has} the same name",
         own.span,
-        label="the master there shuts one of them down",
+        label="the master there shuts one of them down"
+        if shuts_down
+        else "the relay cannot use its name there",
         notes=note_of_other(other.span, own.span),
         help=(
             "give each a namespace of its own: robot: ..., or namespace: ...",
