@@ -84,6 +84,13 @@ def test_a_name_that_a_node_of_ros_1_has_is_not_taken(found: Any) -> None:
     assert lines["koala gets /cmd_vel"] == BRAIN
 
 
+def test_a_publisher_on_a_host_of_another_island_is_refused(found: Any) -> None:
+    level, message, lines = found["stranger"]
+    assert level == 1
+    assert "/chat of /stranger: it runs at `10.9.9.9`, which is not a host of island koala" in message
+    assert lines["koala /chat"] == DRIVER
+
+
 def test_names_that_a_killed_relay_left_are_released(found: Any) -> None:
     """The script waits until they are: its nodes had ended meanwhile."""
     assert found["left by SIGKILL"] == [RELAY, BRAIN]

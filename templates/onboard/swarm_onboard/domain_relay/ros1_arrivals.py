@@ -47,7 +47,9 @@ class Arrivals:
             kind = self._receives[entry.topic].type
             made = Subscription(self._config.node, entry, self._peer.hosts, kind, self._sums[kind])
             self._subscriptions[entry] = made, asyncio.ensure_future(made.run(self._opener(entry)))
-        return tuple(f"{one.topic} of {one.node}: {one.why}" for one in offer.refusals)
+        nameless = [(one, "no node of ROS 2 can have its name") for one in sorted(offer.entries - entries)]
+        refused = [*nameless, *((one, one.why) for one in offer.refusals)]
+        return tuple(f"{one.topic} of {one.node}: {why}" for one, why in refused)
 
     def senders(self) -> dict[str, list[str]]:
         """The nodes from which each topic comes."""

@@ -40,9 +40,14 @@ class Outgoing:
         """Sends a message, given as ROS 2 serialises it; drops it if nobody would get it."""
         if not (self._latched or self.publication.has_subscribers):
             return
-        body = ros1_bytes.encode(deserialize_message(serialised, self._message))
-        if len(body) > LARGEST_MESSAGE:
-            self.problem = f"a message of {len(body) >> 20} MB is too large"
+        try:
+            body = ros1_bytes.encode(deserialize_message(serialised, self._message))
+        except Exception:  # noqa: BLE001  of rclpy, whatever garbage leads it to
+            self.problem = f"a message is no {self.crossing.type}"
+            return
+        large = len(body) > LARGEST_MESSAGE
+        self.problem = f"a message of {len(body) >> 20} MB is too large" if large else ""
+        if large:
             return
         self._bodies.append(body)
         self._loop.call_soon_threadsafe(self._send)

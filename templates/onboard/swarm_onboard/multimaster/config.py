@@ -27,7 +27,7 @@ from typing import Any, Mapping
 from swarm_onboard.common.parameters import between, loaded
 from swarm_onboard.common.xmlrpc import PeerError, place_of
 
-NAME = re.compile(r"/[A-Za-z][A-Za-z0-9_/]{0,250}")
+NAME = re.compile(r"/[A-Za-z_][A-Za-z0-9_/]{0,250}")  # as rosgraph has it
 _TYPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*")
 
 

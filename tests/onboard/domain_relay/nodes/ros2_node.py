@@ -71,6 +71,9 @@ for line in sys.stdin:
         )
         continue
     path, value = rest
+    if not path:  # as it would be serialised
+        publishers[topic].publish(value.encode())
+        continue
     message = publishers[topic].msg_type()
     outer, _, field = path.rpartition(".")
     setattr(attrgetter(outer)(message) if outer else message, field, value)
