@@ -19,6 +19,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from swarm_onboard.domain_relay import publishers as known
 from swarm_onboard.domain_relay.config import Config, Crossing, Peer
+from swarm_onboard.domain_relay.delays import Delays
 from swarm_onboard.domain_relay.peer_state import PeerState
 from swarm_onboard.ros2.late import Late
 from swarm_onboard.ros2.senders import full_name, subscribe_with_sender
@@ -109,7 +110,7 @@ class Topic:
     def __init__(self, crossing: Crossing, message: Any, source: Any, target: Island) -> None:
         self.name, self._crossing, self._message = crossing.topic, crossing, message
         self._command, self._source, self._target = crossing.command, source, target
-        self._late, self._unnamed = Late(EXPIRES), known.Unnamed()
+        self._late, self._unnamed, self.delays = Late(EXPIRES), known.Unnamed(), Delays()
         self._names: dict[bytes, str] = {}
         self._here: dict[str, Any] = {}  # publishers by sender
         self._quality: known.Quality | None = None
@@ -158,8 +159,11 @@ class Topic:
 
     def _received(self, message: bytes, gid: bytes, sent: int, arrived: int) -> None:
         """Times in ns, each by the clock of its host."""
-        if self._command and self._late.is_late(gid, sent * 1e-9, arrived * 1e-9):
-            return
+        if self._command:
+            late = self._late.is_late(gid, sent * 1e-9, arrived * 1e-9)
+            self.delays.add(time.monotonic(), self._late.lag, dropped=late)
+            if late:
+                return
         publisher = self._here.get(self._names.get(gid, ""))
         if publisher is not None:
             publisher.publish(message)
@@ -199,14 +203,14 @@ class Away:
     def __init__(self, config: Config, peer: Peer, home: Home) -> None:
         self._island = peer.island
         node = node_in(context_of(peer.domain), config.node)
-        self._topics, self._unfit = topics_of(peer.receives, node, home)
-        self.domain = Domain(node, self._topics)
+        self.topics, self._unfit = topics_of(peer.receives, node, home)
+        self.domain = Domain(node, self.topics)
 
     def state(self) -> PeerState:
         """The state of the peer now."""
         problem = "" if self.domain.nodes else "no node is seen"
         return PeerState(
-            self._island, problem, self._unfit, (), {one.name: one.senders for one in self._topics}
+            self._island, problem, self._unfit, (), {one.name: one.senders for one in self.topics}
         )
 
 

@@ -47,9 +47,11 @@ class Arrivals:
             kind = self._receives[entry.topic].type
             made = Subscription(self._config.node, entry, self._peer.hosts, kind, self._sums[kind])
             self._subscriptions[entry] = made, asyncio.ensure_future(made.run(self._opener(entry)))
-        nameless = [(one, "no node of ROS 2 can have its name") for one in sorted(offer.entries - entries)]
-        refused = [*nameless, *((one, one.why) for one in offer.refusals)]
-        return tuple(f"{one.topic} of {one.node}: {why}" for one, why in refused)
+        nameless = sorted(offer.entries - entries)
+        return (
+            *(f"{one.topic} of {one.node}: no node of ROS 2 can have its name" for one in nameless),
+            *(f"{one.topic} of {one.node}: {one.why}" for one in offer.refusals),
+        )
 
     def senders(self) -> dict[str, list[str]]:
         """The nodes from which each topic comes."""

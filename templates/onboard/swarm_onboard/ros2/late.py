@@ -25,6 +25,7 @@ class Late:
     """``limit``: how much longer than the quickest one a command may take, s."""
 
     def __init__(self, limit: float) -> None:
+        self.lag = 0.0  # of the last command: how much longer than the quickest one it took, s
         self._limit = limit
         self._senders: OrderedDict[bytes, _Sender] = OrderedDict()
 
@@ -39,7 +40,8 @@ class Late:
         if len(self._senders) > _MOST:
             self._senders.popitem(last=False)
         known.quickest = min(known.quickest + _DRIFT * self._limit, took)
-        if took <= known.quickest + self._limit:
+        self.lag = took - known.quickest
+        if self.lag <= self._limit:
             known.late_since = None
             return False
         if known.late_since is None:

@@ -47,6 +47,8 @@ def _serve(config: Config) -> int:
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         signal.signal(number, lambda *_: ended.set())  # a master of ROS 1 forgets nothing by itself
     peers: list[Away | Ros1Island] = [*away, *masters.islands]
+    topics = [*masters.topics, *(topic for one in away for topic in one.topics)]
+    delays = [(one.name, one.delays) for one in topics]
     looked: list[Masters | Domain] = [masters, *(one.domain for one in away)]
     if masters.topics:
         looked.append(Domain(home.node, masters.topics))
@@ -55,7 +57,7 @@ def _serve(config: Config) -> int:
         if any(time.monotonic() - one.looked > _HANGS for one in looked):
             print("a domain is not looked at any more", file=sys.stderr)
             return 1
-        notifier.status(report.publish([one.state() for one in peers]))
+        notifier.status(report.publish([one.state() for one in peers], delays))
         notifier.beat()
         ended.wait(min(_TICK, notifier.interval or _TICK))
     notifier.stopping()
