@@ -12,13 +12,12 @@ from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.launch_uses import LaunchUse, launch_uses
 from swarmctl.render.middleware import Capability, Middleware, middleware_of
-from swarmctl.render.multimaster import joins_islands
+from swarmctl.render.multimaster import joins_islands, provider_of
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages, with_messages_of
 from swarmctl.swarm.addresses import Ip
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
-from swarmctl.swarm.discovery import FROM_OUTSIDE
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.modes import distro_of
 from swarmctl.swarm.ports import Listener
@@ -83,9 +82,15 @@ class RuleContext(SwarmIndex):
     @cached_property
     def joins_islands(self) -> bool:
         """Whether something carries topics from island to island."""
-        without = [one for one in self.islands if not one.has_master]
-        seen = not self.spec.ros.sros2 and all(one.discovery.method in FROM_OUTSIDE for one in without)
-        return (not without or seen) and joins_islands(self.spec.multimaster, tuple(self.distros))
+        sealed = self.spec.ros.sros2 and not all(one.has_master for one in self.islands)
+        joined = joins_islands(self.spec.multimaster, tuple(self.distros))
+        return joined and not sealed and not self.unreached
+
+    @property
+    def unreached(self) -> tuple[Island, ...]:
+        """The islands whose nodes are found by none of another island."""
+        providers = ((one, provider_of(self.spec.multimaster, one.distro)) for one in self.islands)
+        return tuple(one for one, provider in providers if not provider.reaches(one))
 
     @cached_property
     def messages(self) -> MessageCatalog:

@@ -74,6 +74,9 @@ class MultimasterProvider(Protocol):
     def only_receivers(self) -> bool:
         """Whether only hubs to which a topic is bridged run it; otherwise all hubs do."""
 
+    def reaches(self, island: Island) -> bool:
+        """Whether it can join ``island`` to others, by the way in which the nodes there find each other."""
+
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         """Returns the ports that it takes on the hub of ``island``."""
 
@@ -94,6 +97,10 @@ class OneNode:
     discovery = None
     offsets: tuple[int, ...] = ()
     only_receivers = True
+
+    def reaches(self, island: Island) -> bool:
+        """Returns True: nodes with a master are found there."""
+        return True
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         """Nothing: the node takes ports as all nodes of ROS do."""

@@ -9,7 +9,7 @@ from swarmctl.linter.context import RuleContext, rule
 from swarmctl.render.multimaster import joins_islands
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode
-from swarmctl.swarm.discovery import FROM_OUTSIDE, has_master
+from swarmctl.swarm.discovery import has_master
 from swarmctl.swarm.modes import ROLES, hub_of
 from swarmctl.yamltext.edits import append_item, make_fix, remove, rename_key, replace_value, set_key
 
@@ -253,7 +253,7 @@ def unjoined_islands(context: RuleContext) -> Iterator[Diagnostic]:
     spec, islands = context.spec, context.islands
     if len(islands) < 2 or context.joins_islands:
         return
-    methods = {one.discovery.method for one in islands if not one.has_master} - FROM_OUTSIDE
+    methods = {one.discovery.method for one in context.unreached}
     if not joins_islands(spec.multimaster, tuple(context.distros)):
         why = f"swarmctl does not bridge islands of `{'` and `'.join(context.distros)}`"
     elif methods:

@@ -15,10 +15,6 @@ from swarmctl.spec.ros_model import METHODS, SERVED, Method, Rmw, Ros
 DOMAINS = range(1, 102)
 
 
-#: Those by which a node of another host finds nodes, too.
-FROM_OUTSIDE: frozenset[Method] = frozenset({"peers", "multicast"})
-
-
 @dataclass(frozen=True)
 class Discovery:
     """How the nodes of one island find each other. The place of a host in ``servers`` is its server's id."""

@@ -18,6 +18,7 @@ EXAMPLE = ROOT / "examples/ros2-4-standalone/swarm.yaml"
 OF_RELAY = re.compile(r"params/relay\.yaml|env/relay\.|units/.*\.multimaster\.service")
 CASES = {
     "jazzy": "distro: jazzy",
+    "server": "distro: jazzy, discovery: server",
     "kilted": "distro: kilted",
     "cyclonedds": "distro: kilted, rmw: cyclonedds",
     "multicast": "distro: kilted, discovery: multicast",
@@ -35,8 +36,19 @@ def made(folder: Path, ros: str, more: str = "") -> Mapping[str, Bundle]:
 @pytest.mark.parametrize("case", CASES)
 def test_golden(case: str, tmp_path: Path, golden: Callable[[Path, str], None]) -> None:
     for file in made(tmp_path, CASES[case])["k3-pi"].files:
-        if OF_RELAY.match(file.path) and (case == "jazzy" or not file.path.startswith(("units/", "params/"))):
+        special = {"jazzy": (), "server": ("units/",)}.get(case, ("units/", "params/"))
+        if OF_RELAY.match(file.path) and not file.path.startswith(special):
             golden(GOLDEN / case / file.path, file.content.decode())
+
+
+def test_golden_of_a_relay_to_ros_1(golden: Callable[[Path, str], None]) -> None:
+    swarm, found = load_swarm(ROOT / "examples/ros1-and-ros2/swarm.yaml")
+    assert swarm is not None, found
+    hosts = bundles(swarm)
+    assert not any(OF_RELAY.match(file.path) for file in hosts["koala-laptop"].files)
+    (params,) = (one for one in hosts["tb3-pi"].files if one.path == "params/relay.yaml")
+    golden(GOLDEN / "ros1" / params.path, params.content.decode())
+    assert {"package:nav_msgs", "package:sensor_msgs"} <= hosts["tb3-pi"].requires.keys()
 
 
 def test_only_who_receives_a_topic_has_a_relay(tmp_path: Path) -> None:

@@ -176,7 +176,7 @@ def test_islands_that_nothing_joins_have_one_error(tmp_path: Path, provider: str
     ("ros", "why"),
     [
         ("distro: jazzy, rmw: zenoh", "a relay finds no nodes by discovery `zenoh`"),
-        ("distro: jazzy, servers: [laptop]", "a relay finds no nodes by discovery `server`"),
+        ("distro: humble, servers: [laptop]", "a relay finds no nodes by discovery `server`"),
         ("distro: jazzy, discovery: local", "a relay finds no nodes by discovery `local`"),
         ("distro: jazzy, sros2: true", "a relay has no key of `sros2`"),
     ],

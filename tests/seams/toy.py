@@ -110,6 +110,9 @@ class Mesh:
     relays = False
     only_receivers = True
 
+    def reaches(self, island: Island) -> bool:
+        return True
+
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
         yield Listener(island.hub, island.master_port + 50, "the mesh", ("multimaster", "provider"))
 

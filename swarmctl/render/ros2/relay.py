@@ -12,12 +12,14 @@ from swarmctl.render.middleware import Capability
 from swarmctl.render.multimaster import MultimasterProvider, OneNode
 from swarmctl.render.quoting import render
 from swarmctl.render.ros2 import discovery_files, graph_environment, ros2_release
+from swarmctl.render.ros2.discovery_files import HUMBLE
 from swarmctl.render.yaml_params import params_file
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import DRAWN, PortRange
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 PARAMS, _ENVIRONMENT = "params/relay.yaml", "env/relay.env"
+_OF_SERVERS = ("ROS_DISCOVERY_SERVER",)  # what differs between islands
 _OWN, _OF_RELAY = "env/", "env/relay."  # files that DDS reads
 
 
@@ -27,6 +29,11 @@ class Relay(OneNode):
     needs: Capability = "domains"
     memory_mb = 90
     relays = True
+
+    def reaches(self, island: Island) -> bool:
+        """Returns True if nodes of another island find it; of a server, if that can be another for each."""
+        method = island.discovery.method
+        return method in ("peers", "multicast") or (method == "server" and island.distro != HUMBLE)
 
     def ports(self, swarm: Swarm, island: Island) -> Sequence[PortRange]:
         """Returns where nodes and masters of ROS 1 reach it: at ports that Linux draws."""
@@ -61,7 +68,7 @@ def _settings(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     joined = _joined(swarm, island)
     variables = {
         name: value.replace(f"/{_OWN}", f"/{_OF_RELAY}")
-        for name, value in graph_environment.of_nodes(swarm, host, joined).items()
+        for name, value in graph_environment.of_people(swarm, host, joined).items()
     }
     for file in discovery_files.files(swarm, host, joined):
         yield replace(file, path=file.path.replace(_OWN, _OF_RELAY, 1))
@@ -116,7 +123,14 @@ def _peers(swarm: Swarm, island: Island) -> Iterator[dict[str, Any]]:
                 "sends": sends,
             }
         elif receives:
-            yield {"island": peer.name, "domain": peer.discovery.domain, "receives": receives}
+            own = graph_environment.of_nodes(swarm, swarm.hosts[island.hub], peer)
+            servers = {name: own[name] for name in _OF_SERVERS if name in own}
+            yield {
+                "island": peer.name,
+                "domain": peer.discovery.domain,
+                **({"environment": servers} if servers else {}),
+                "receives": receives,
+            }
 
 
 def _crossing(swarm: Swarm, origin: Island, to: Island) -> list[dict[str, Any]]:

@@ -51,6 +51,10 @@ class Fkie:
     relays = False
     only_receivers = False
 
+    def reaches(self, island: Island) -> bool:
+        """Returns True: masters find each other."""
+        return True
+
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
         """Discovery's ports, and those that fkie's GUI takes once somebody opens it."""
         multicast = (spec.multimaster or Multimaster()).port

@@ -7,6 +7,7 @@ address: 192.168.77.20                  # at which masters and nodes of ROS 1 re
 peers:
 - island: koala-laptop                  # of ROS 2
   domain: 11
+  environment: {ROS_DISCOVERY_SERVER: "192.168.77.10:11811"}  # in its domain, in place of that of the process
   receives:                             # topics that come here
   - {topic: /k3/cmd_vel, type: geometry_msgs/Twist, command: true}
 - island: epuck-pi                      # of ROS 1
@@ -47,6 +48,7 @@ class Peer:
 
     island: str
     domain: int
+    environment: Mapping[str, str]
     receives: tuple[Crossing, ...]
 
 
@@ -98,7 +100,8 @@ def parse(data: Mapping[str, Any]) -> Config:
 
 
 def _peer(data: Mapping[str, Any]) -> Peer:
-    return Peer(str(data["island"]), _domain(data["domain"]), _crossings(data["receives"]))
+    environment = {str(name): str(value) for name, value in data.get("environment", {}).items()}
+    return Peer(str(data["island"]), _domain(data["domain"]), environment, _crossings(data["receives"]))
 
 
 def _ros1_peer(data: Mapping[str, Any]) -> Ros1Peer:

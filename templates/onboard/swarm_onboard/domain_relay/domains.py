@@ -7,10 +7,11 @@ by the sender's name, as a robot's driver does, decides there as here.
 from __future__ import annotations
 
 import contextlib
+import os
 import threading
 import time
 from importlib import import_module
-from typing import Any, Callable, Iterable, Protocol, Sequence
+from typing import Any, Callable, Iterable, Iterator, Mapping, Protocol, Sequence
 
 import rclpy
 from rclpy.duration import Duration
@@ -29,6 +30,21 @@ EXPIRES = 0.5  # s after which a network drops a command: a robot's dead-man wou
 LOOK_EVERY = 0.2  # s between two looks at the publishers of a domain
 DEPTH = 10
 _NAMELESS = "_NODE_NAME_UNKNOWN_"
+
+
+@contextlib.contextmanager
+def environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """The environment of this process has ``variables`` meanwhile."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def context_of(domain: int) -> Any:
@@ -202,7 +218,8 @@ class Away:
 
     def __init__(self, config: Config, peer: Peer, home: Home) -> None:
         self._island = peer.island
-        node = node_in(context_of(peer.domain), config.node)
+        with environment(peer.environment):  # which DDS reads for each domain
+            node = node_in(context_of(peer.domain), config.node)
         self.topics, self._unfit = topics_of(peer.receives, node, home)
         self.domain = Domain(node, self.topics)
 
