@@ -108,7 +108,7 @@ class Parts:
             "swarmctl": __version__,
             "python": platform.python_version(),
             "system": platform.platform(),
-            "ros": self.expected.document.spec.ros.distro,
+            "ros": ", ".join(self.expected.swarm.distros),
             "libraries": {name: metadata.version(name) for name in _LIBRARIES},
         }
 

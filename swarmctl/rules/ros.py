@@ -65,15 +65,17 @@ def servers_outside(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("ROS003")
+@rule("ROS003", by_distro=True)
 def undelivered_packages(context: RuleContext) -> Iterator[Diagnostic]:
-    """Packages beside the spec that this distribution cannot build."""
-    distro = context.spec.ros.distro
-    if not context.can("catkin"):
-        for name in context.spec.packages:
+    """Packages beside the spec that this distribution cannot build; not those that only others use."""
+    if context.can("catkin"):
+        return
+    used, programs = {one.package for one in context.spec.programs.values()}, context.document.spec.programs
+    for name in context.spec.packages:
+        if name in used or name not in {one.package for one in programs.values()}:
             yield Diagnostic(
                 "ROS003",
-                f"package `{name}` is not delivered: swarmctl builds none of `{distro}`",
+                f"package `{name}` is not delivered: swarmctl builds none of `{next(iter(context.distros))}`",
                 context.span("packages", name, key=True),
                 label="stays where it is",
                 help=("build it in a workspace on its hosts, and name that as `ros.workspace`",),
