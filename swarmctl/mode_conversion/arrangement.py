@@ -46,6 +46,11 @@ class ArrangementError(Exception):
 def arranged(index: SwarmIndex, mode: Mode) -> Arrangement:
     """The swarm in ``mode``. Raises ArrangementError if hosts for it are missing or a commander is lost."""
     spec, hosts, ros_hosts = index.spec, index.line_hosts, _ros_hosts(index)
+    if mode is not spec.mode and any(one.distro != spec.ros.distro for one in index.islands):
+        raise ArrangementError(
+            f"mode `{mode.value}` has no islands with a ROS distribution of their own",
+            "stay in mode `combined` until all hosts have the same, then run `mode convert --ros DISTRO` first",
+        )
     hub = _central_host(index, mode)
     programs = {name: one.host for name, one in spec.programs.items() if one.host is not None}
     granted = () if mode is spec.mode else implicit_commanders(index)

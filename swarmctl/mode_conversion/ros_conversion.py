@@ -14,7 +14,7 @@ def for_distro(document: Document, distro: str) -> Conversion:
     """Returns ``document`` for the ROS distribution ``distro``."""
     text = TextEditor(document.source)
     used = {"distro", *middleware_of(distro).settings}
-    for change in _of_ros(document, distro, used):
+    for change in (*_of_ros(document, distro, used), *_of_islands(document)):
         text.change(change)
     if "master_port" not in used:
         text.change(*_of_hosts(document))  # together, as hosts may stand in one range
@@ -32,6 +32,12 @@ def _of_ros(document: Document, distro: str, used: Collection[str]) -> Iterator[
         yield set_to(("ros",), "distro", distro)
     for key in sorted(spec.ros.model_fields_set.difference(used)):
         yield removed(("ros", key))
+
+
+def _of_islands(document: Document) -> Iterator[Change]:
+    for name, island in document.spec.islands.items():
+        if island.distro is not None:
+            yield removed(("islands", name, "distro"))
 
 
 def _of_hosts(document: Document) -> Iterator[Change]:

@@ -13,10 +13,12 @@ from swarmctl.linter.runner import lint
 from swarmctl.mode_conversion.arrangement import ArrangementError
 from swarmctl.mode_conversion.convert import Conversion, converted
 from swarmctl.mode_conversion.infer import infer
+from swarmctl.mode_conversion.ros_conversion import for_distro
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import Document, load_text
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.index import SwarmIndex
+from tests import ROOT
 
 FOLDER = Path(__file__).parent / "modes"
 MODES = [mode.value for mode in Mode]
@@ -88,6 +90,15 @@ links: [{kind: serial, host: laptop, robot: koala, usb: {serial: A600dXyz}}]
 """
     with pytest.raises(ArrangementError, match="needs a second computer"):
         converted(document_of(text), Mode.STANDALONE)
+
+
+def test_islands_of_two_distributions_keep_their_mode_until_they_have_one() -> None:
+    document = document_of((ROOT / "examples/ros1-and-ros2/swarm.yaml").read_text("utf-8"))
+    with pytest.raises(ArrangementError, match="a ROS distribution of their own"):
+        converted(document, Mode.CENTRAL)
+    alike = document_of(for_distro(document, "jazzy").text)
+    assert {one.distro for one in SwarmIndex(alike).islands} == {"jazzy"}
+    assert converted(alike, Mode.CENTRAL).undone == ()
 
 
 def test_a_conversion_lists_the_steps_left_to_a_person() -> None:
