@@ -49,7 +49,7 @@ def arranged(index: SwarmIndex, mode: Mode) -> Arrangement:
     if mode is not spec.mode and any(one.distro != spec.ros.distro for one in index.islands):
         raise ArrangementError(
             f"mode `{mode.value}` has no islands with a ROS distribution of their own",
-            "stay in mode `combined` until all hosts have the same, then run `mode convert --ros DISTRO` first",
+            "stay in mode `combined` until all have one; `mode convert --ros DISTRO` writes that",
         )
     hub = _central_host(index, mode)
     programs = {name: one.host for name, one in spec.programs.items() if one.host is not None}
