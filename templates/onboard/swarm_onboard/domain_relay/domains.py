@@ -53,6 +53,13 @@ def message_class(kind: str) -> Any:
         return None
 
 
+def node_of(publisher: Any, names: known.Names) -> str:
+    """Returns the full name of the node of a publisher in the graph; empty if nobody has named it."""
+    unknown = publisher.node_name == _NAMELESS
+    name = "" if unknown else full_name(publisher.node_namespace, publisher.node_name)
+    return names.of(bytes(publisher.endpoint_gid)[: known.GID_BYTES], name)
+
+
 class Home:
     """The domain of the own island: nodes with the names of senders elsewhere, while they publish."""
 
@@ -83,10 +90,10 @@ class Home:
 class Topic:
     """A topic of another island, and its publishers here."""
 
-    def __init__(self, crossing: Crossing, message: Any, source: Any, home: Home) -> None:
+    def __init__(self, crossing: Crossing, message: Any, source: Any, home: Home, names: known.Names) -> None:
         self.name, self._message = crossing.topic, message
         self._command, self._source, self._home = crossing.command, source, home
-        self._late, self._unnamed = Late(EXPIRES), known.Unnamed()
+        self._late, self._unnamed, self._known = Late(EXPIRES), known.Unnamed(), names
         self._names: dict[bytes, str] = {}
         self._here: dict[str, Any] = {}  # publishers by sender
         self._quality: known.Quality | None = None
@@ -119,7 +126,7 @@ class Topic:
         return [
             known.Publisher(
                 bytes(one.endpoint_gid)[: known.GID_BYTES],
-                "" if one.node_name == _NAMELESS else full_name(one.node_namespace, one.node_name),
+                node_of(one, self._known),
                 one.qos_profile.reliability == ReliabilityPolicy.RELIABLE,
                 one.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
             )
@@ -165,9 +172,14 @@ class Away:
         self._context = context_of(peer.domain)
         self._node = node_in(self._context, config.node)
         found = {one: message_class(one.type) for one in peer.receives}
-        self._topics = [Topic(one, kind, self._node, home) for one, kind in found.items() if kind is not None]
+        self._names = known.Names()
+        self._topics = [
+            Topic(one, kind, self._node, home, self._names) for one, kind in found.items() if kind is not None
+        ]
         self.missing = {one.topic: one.type for one, kind in found.items() if kind is None}
-        self.nodes = 0  # of the other island, as the graph names them
+        self.nodes = (
+            0  # of the other island, as the graph names them; else those that publish what comes here
+        )
         self.looked = time.monotonic()
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
@@ -180,11 +192,12 @@ class Away:
 
     def _look(self) -> None:
         infos = self._node.get_publishers_info_by_topic(DIAGNOSTICS)
-        brought = known.relays((bytes(one.endpoint_gid), one.node_name) for one in infos)
+        brought = known.relays((bytes(one.endpoint_gid), node_of(one, self._names)) for one in infos)
         for topic in self._topics:
             topic.look(brought)
         names = (name for name, _ in self._node.get_node_names_and_namespaces())
-        self.nodes = sum(not name.startswith(known.RELAY) for name in names)
+        named = sum(not name.startswith(known.RELAY) for name in names)
+        self.nodes = named or sum(len(one.senders) for one in self._topics)
         self.looked = time.monotonic()
 
     def _spin(self) -> None:
