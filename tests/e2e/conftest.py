@@ -25,6 +25,7 @@ HERE = Path(__file__).parent
 LONGEST = (
     "test_recovery.py",
     "test_recovery_of_islands.py",
+    "test_recovery_of_relays.py",
     "test_rover.py",
     "test_paper.py",
     "test_ros2.py",

@@ -185,6 +185,11 @@ class LabSwarm:
         assert run.status == (2 if any(steps.values()) else 0), run.err
         return {host: found for host, found in steps.items() if found}
 
+    def findings(self, *options: str, spec: Path | None = None) -> dict[str, dict[str, Any]]:
+        """Every finding of status that is not ok, by its key."""
+        found = self.swarmctl("status", "--json", *options, spec=spec).json()["findings"]
+        return {one["key"]: one for one in found if one["state"] not in ("ok", "skipped")}
+
     def variant(self, name: str, *changes: tuple[str, str]) -> Path:
         """A copy of the spec with each text replaced by another."""
         text = self.spec.read_text()

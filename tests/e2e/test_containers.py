@@ -9,7 +9,6 @@ import base64
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -154,12 +153,6 @@ def test_prepare_pulls_an_image_once(box: LabSwarm, images: tuple[str, str], not
     assert "nothing to do" in box.swarmctl("prepare", "--plan").out
 
 
-def findings(swarm: LabSwarm) -> dict[str, dict[str, Any]]:
-    """Every finding that is not ok, by its key."""
-    found = swarm.swarmctl("status", "--json").json()["findings"]
-    return {one["key"]: one for one in found if one["state"] not in ("ok", "skipped")}
-
-
 def test_a_container_has_its_ros_its_devices_and_its_secrets(deployed: LabSwarm) -> None:
     seen = dict(one.split("=", 1) for one in deployed.shell("pi", "cat out/env").splitlines())
     assert seen["ROS_MASTER_URI"] == "http://192.168.77.11:11311"
@@ -170,7 +163,7 @@ def test_a_container_has_its_ros_its_devices_and_its_secrets(deployed: LabSwarm)
     group = deployed.shell("pi", f"systemctl show -p ControlGroup --value {UNIT}").strip()
     payload = deployed.shell("pi", "cat /proc/$(pgrep -f '^sleep 1000')/cgroup")
     assert f"{group}/libpod-payload" in payload, "its limits are not those of the unit"
-    until(lambda: not findings(deployed), f"not well: {findings(deployed)}")
+    until(lambda: not deployed.findings(), f"not well: {deployed.findings()}")
 
 
 def test_a_secret_is_for_its_program_alone(deployed: LabSwarm) -> None:
@@ -205,7 +198,7 @@ def test_a_rotated_secret_restarts_what_reads_it(deployed: LabSwarm) -> None:
 def test_a_container_that_is_stopped_killed_or_ended(deployed: LabSwarm, promise: Promise) -> None:
     stopped = "a signal has stopped its process"
     deployed.shell("pi", "sudo pkill -STOP -f '^sleep 1000'")
-    assert stopped in findings(deployed)["program seeing"]["message"]
+    assert stopped in deployed.findings()["program seeing"]["message"]
     deployed.shell("pi", "sudo pkill -CONT -f '^sleep 1000'")
 
     before = deployed.units("pi")["seeing"].restarts
@@ -237,7 +230,7 @@ def test_status_names_an_image_that_is_missing_or_of_another_machine(
         deployed.spec.write_text(SPEC.replace("IMAGE", image))
         assert deployed.deploy().status == 0
         until(
-            lambda words=words: words in findings(deployed).get("program seeing", {}).get("message", ""),
+            lambda words=words: words in deployed.findings().get("program seeing", {}).get("message", ""),
             f"status does not say that {words}",
         )
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -72,12 +71,6 @@ def deployed(swarm: LabSwarm, name: str, programs: str) -> Path:
     return spec
 
 
-def findings(swarm: LabSwarm, spec: Path) -> dict[str, dict[str, Any]]:
-    """Every finding that is not ok, by its key."""
-    run = swarm.swarmctl("status", "--json", spec=spec)
-    return {one["key"]: one for one in run.json()["findings"] if one["state"] not in ("ok", "skipped")}
-
-
 def signal(swarm: LabSwarm, name: str, node: str) -> None:
     swarm.shell("k3-pi", f"sudo pkill -{name} -f '[_]_name:={node}'")
 
@@ -91,15 +84,15 @@ def test_a_launched_node_that_stops_or_dies_is_unhealthy(talking: LabSwarm) -> N
     assert rates[0].startswith("measured ")
 
     signal(swarm, "STOP", "first")
-    stopped = findings(swarm, spec)
+    stopped = swarm.findings(spec=spec)
     assert "a signal has stopped its process" in stopped["program talk"]["message"]
     assert "(say.py)" in stopped["program talk"]["message"]
     signal(swarm, "CONT", "first")
-    until(lambda: not findings(swarm, spec), "the swarm does not get well again")
+    until(lambda: not swarm.findings(spec=spec), "the swarm does not get well again")
 
     signal(swarm, "KILL", "second")
-    until(lambda: "program talk" in findings(swarm, spec), "the dead node is not reported")
-    message = findings(swarm, spec)["program talk"]["message"]
+    until(lambda: "program talk" in swarm.findings(spec=spec), "the dead node is not reported")
+    message = swarm.findings(spec=spec)["program talk"]["message"]
     assert message == "its node /second has ended (exit code -9) and is not started again"
 
 
@@ -108,7 +101,7 @@ def test_two_nodes_that_end_each_other_are_named_at_every_look(talking: LabSwarm
     swarm = talking
     spec = deployed(swarm, "pair", PAIR)
     cause = "node name /eyes"
-    took = until(lambda: cause in findings(swarm, spec), "the equal names are not found")
+    took = until(lambda: cause in swarm.findings(spec=spec), "the equal names are not found")
     promise("two nodes of one name are found after", took, 60)
     for _ in range(5):
         run = swarm.swarmctl("status", spec=spec)
@@ -122,13 +115,13 @@ def test_two_nodes_that_end_each_other_are_named_at_every_look(talking: LabSwarm
 @pytest.mark.slow
 def test_a_deploy_that_repairs_a_crash_loop_begins_a_new_count(swarm: LabSwarm) -> None:
     def restarted(spec: Path) -> bool:
-        message = findings(swarm, spec).get("program loop", {}).get("message", "")
+        message = swarm.findings(spec=spec).get("program loop", {}).get("message", "")
         return "within 10 min" in message or "crash loop" in message
 
     crashes = "sleep 0.5; exit 1"
     spec = deployed(swarm, "loop", LOOP % crashes)
     until(lambda: restarted(spec), "the crash loop is not found")
     repaired = deployed(swarm, "repaired", LOOP % "exec sleep 1000")
-    assert "program loop" not in findings(swarm, repaired)
+    assert "program loop" not in swarm.findings(spec=repaired)
     spec = deployed(swarm, "loop", LOOP % crashes)
     until(lambda: restarted(spec), "the crash loop after the repair is not found")

@@ -92,7 +92,7 @@ links: [{kind: serial, host: laptop, robot: koala, usb: {serial: A600dXyz}}]
         converted(document_of(text), Mode.STANDALONE)
 
 
-def test_islands_of_two_distributions_keep_their_mode_until_they_have_one() -> None:
+def test_islands_of_two_distributions_keep_their_mode() -> None:
     document = document_of((ROOT / "examples/ros1-and-ros2/swarm.yaml").read_text("utf-8"))
     with pytest.raises(ArrangementError, match="a ROS distribution of their own"):
         converted(document, Mode.CENTRAL)

@@ -247,6 +247,16 @@ def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRo
     assert (state["restarts"], state["restarted"]) == (2, 1)
 
 
+def test_a_restart_under_way_as_the_probe_begins_is_counted(
+    prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    starting = "$([ $restarts = 1 ] && echo activating || echo active)"
+    text = RUNNING.replace("=$restarts", "=1").replace("ActiveState=active", f"ActiveState={starting}")
+    systemctl(prefix, monkeypatch, text)
+    state = probed(graph[1])["units"]["swarm-test.k3.service"]
+    assert (state["active"], state["restarts"], state["restarted"]) == ("active", 1, 1)
+
+
 def test_a_node_that_another_ends_during_the_probe_is_a_conflict(
     prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from swarm_onboard.domain_relay.publishers import (
+    Names,
     Publisher,
     Quality,
     Unnamed,
@@ -20,9 +21,9 @@ BROUGHT = Publisher(RELAY[:12] + b"\0\0\7\3", "/planner", reliable=True, latched
 
 def test_what_a_relay_has_brought_goes_no_further() -> None:
     """Its nodes have the names of others, and are known by their participant."""
-    brought = relays([(OWN, "driver"), (RELAY, "multimaster_k3_pi")])
+    brought = relays([(OWN, "/k3/driver"), (RELAY, "/multimaster_k3_pi")])
     assert of_island([JOYSTICK, BROUGHT], brought) == [JOYSTICK]
-    assert of_island([JOYSTICK, BROUGHT], relays([(OWN, "driver")])) == [JOYSTICK, BROUGHT]
+    assert of_island([JOYSTICK, BROUGHT], relays([(OWN, "/k3/driver")])) == [JOYSTICK, BROUGHT]
 
 
 @pytest.mark.parametrize(
@@ -51,6 +52,22 @@ def test_a_flood_of_nodes_drives_out_none_that_was_there() -> None:
     found = named([*flood, JOYSTICK], {"/joystick"})
     assert found[OWN] == "/joystick"
     assert len(found) == 64
+
+
+def test_a_publisher_found_again_without_a_name_has_the_one_it_had() -> None:
+    names = Names()
+    assert names.of(OWN, "") == ""
+    assert [names.of(OWN, "/joystick"), names.of(OWN, "")] == ["/joystick", "/joystick"]
+
+
+def test_a_flood_of_publishers_drives_out_no_name_that_is_in_use() -> None:
+    names = Names()
+    names.of(OWN, "/joystick")
+    for number in range(100_000):
+        names.of(b"%d" % number, f"/a{number}")
+        found = names.of(OWN, "")
+    assert found == "/joystick"
+    assert names.of(b"0", "") == ""
 
 
 def test_the_last_message_of_a_node_without_a_name_waits_for_it() -> None:

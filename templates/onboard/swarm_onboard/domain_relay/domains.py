@@ -82,6 +82,13 @@ def message_class(kind: str) -> Any:
         return None
 
 
+def node_of(publisher: Any, names: known.Names) -> str:
+    """Returns the full name of the node of a publisher in the graph; empty if nobody has named it."""
+    unknown = publisher.node_name == _NAMELESS
+    name = "" if unknown else full_name(publisher.node_namespace, publisher.node_name)
+    return names.of(bytes(publisher.endpoint_gid)[: known.GID_BYTES], name)
+
+
 class Island(Protocol):
     """Where a topic is published, by nodes with the names of its senders elsewhere."""
 
@@ -123,10 +130,13 @@ class Home:
 class Topic:
     """A topic in the domain of ``source``, and its publishers on the island to which it goes."""
 
-    def __init__(self, crossing: Crossing, message: Any, source: Any, target: Island) -> None:
+    def __init__(
+        self, crossing: Crossing, message: Any, source: Any, target: Island, names: known.Names
+    ) -> None:
         self.name, self._crossing, self._message = crossing.topic, crossing, message
         self._command, self._source, self._target = crossing.command, source, target
         self._late, self._unnamed, self.delays = Late(EXPIRES), known.Unnamed(), Delays()
+        self._known = names
         self._names: dict[bytes, str] = {}
         self._here: dict[str, Any] = {}  # publishers by sender
         self._quality: known.Quality | None = None
@@ -157,7 +167,7 @@ class Topic:
         return [
             known.Publisher(
                 bytes(one.endpoint_gid)[: known.GID_BYTES],
-                "" if one.node_name == _NAMELESS else full_name(one.node_namespace, one.node_name),
+                node_of(one, self._known),
                 one.qos_profile.reliability == ReliabilityPolicy.RELIABLE,
                 one.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
             )
@@ -190,9 +200,9 @@ class Topic:
 class Domain:
     """A domain with topics that go elsewhere, in a thread of its own."""
 
-    def __init__(self, node: Any, topics: Sequence[Topic]) -> None:
-        self._node, self._topics = node, topics
-        self.nodes = 0  # of islands, as the graph names them
+    def __init__(self, node: Any, topics: Sequence[Topic], names: known.Names) -> None:
+        self._node, self._topics, self._names = node, topics, names
+        self.nodes = 0  # of islands, as the graph names them; else those that publish what goes elsewhere
         self.looked = time.monotonic()
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
@@ -201,11 +211,12 @@ class Domain:
 
     def _look(self) -> None:
         infos = self._node.get_publishers_info_by_topic(DIAGNOSTICS)
-        brought = known.relays((bytes(one.endpoint_gid), one.node_name) for one in infos)
+        brought = known.relays((bytes(one.endpoint_gid), node_of(one, self._names)) for one in infos)
         for topic in self._topics:
             topic.look(brought)
         names = (name for name, _ in self._node.get_node_names_and_namespaces())
-        self.nodes = sum(not name.startswith(known.RELAY) for name in names)
+        named = sum(not name.startswith(known.RELAY) for name in names)
+        self.nodes = named or sum(len(one.senders) for one in self._topics)
         self.looked = time.monotonic()
 
     def _spin(self) -> None:
@@ -220,8 +231,9 @@ class Away:
         self._island = peer.island
         with environment(peer.environment):  # which DDS reads for each domain
             node = node_in(context_of(peer.domain), config.node)
-        self.topics, self._unfit = topics_of(peer.receives, node, home)
-        self.domain = Domain(node, self.topics)
+        names = known.Names()
+        self.topics, self._unfit = topics_of(peer.receives, node, home, names)
+        self.domain = Domain(node, self.topics, names)
 
     def state(self) -> PeerState:
         """The state of the peer now."""
@@ -232,9 +244,10 @@ class Away:
 
 
 def topics_of(
-    crossings: Iterable[Crossing], source: Any, target: Island
+    crossings: Iterable[Crossing], source: Any, target: Island, names: known.Names
 ) -> tuple[list[Topic], dict[str, str]]:
     """Returns the topics that can cross, and what is wrong with the others."""
     found = {one: message_class(one.type) for one in crossings}
     lacking = {one.topic: f"this host lacks {one.type}" for one, kind in found.items() if kind is None}
-    return [Topic(one, kind, source, target) for one, kind in found.items() if kind is not None], lacking
+    fit = [(one, kind) for one, kind in found.items() if kind is not None]
+    return [Topic(one, kind, source, target, names) for one, kind in fit], lacking

@@ -10,6 +10,7 @@ import time
 
 from swarm_onboard.domain_relay.config import Config
 from swarm_onboard.domain_relay.domains import Home, Topic, message_class
+from swarm_onboard.domain_relay.publishers import Names
 from swarm_onboard.domain_relay.ros1_island import Ros1Island
 
 _BEAT = 0.5  # s
@@ -17,15 +18,17 @@ _LEAVES_WITHIN = 5.0  # s, less than a unit has to stop
 
 
 class Masters:
-    """``islands`` of ROS 1; ``topics`` of this one that go there; ``looked``: when the loop last ran."""
+    """``islands`` of ROS 1; ``topics`` of this one that go there, with the ``names`` of their publishers;
+    ``looked``: when the loop last ran."""
 
     def __init__(self, config: Config, home: Home) -> None:
         self._loop = asyncio.new_event_loop()
         self.looked = time.monotonic()
         threading.Thread(target=self._loop.run_forever, name="masters", daemon=True).start()
         self.islands = asyncio.run_coroutine_threadsafe(self._start(config, home), self._loop).result()
+        self.names = Names()
         self.topics = [
-            Topic(one, message_class(one.type), home.node, island)
+            Topic(one, message_class(one.type), home.node, island, self.names)
             for island in self.islands
             for one in island.sends.values()
         ]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections import OrderedDict
 from dataclasses import dataclass
 from typing import Collection, Iterable
 
 GID_BYTES = 16  # that are significant; Humble pads to 24
 _PREFIX = 12  # bytes of a GID that all endpoints of a participant share (DDSI-RTPS 2.5, 9.3.1)
-_MOST_UNNAMED, _MOST_NAMED = 8, 64
+_MOST_UNNAMED, _MOST_NAMED, _MOST_REMEMBERED = 8, 64, 1024
 _NODE = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*){1,20}", re.ASCII)
 _LONGEST = 200
 RELAY = "multimaster_"  # begins the node name of each relay
@@ -34,7 +35,7 @@ class Quality:
 
 def relays(publishers: Iterable[tuple[bytes, str]]) -> frozenset[bytes]:
     """Returns the participants of relays, given GID and node name of all publishers of diagnostics."""
-    return frozenset(gid[:_PREFIX] for gid, name in publishers if name.startswith(RELAY))
+    return frozenset(gid[:_PREFIX] for gid, name in publishers if name.rpartition("/")[2].startswith(RELAY))
 
 
 def of_island(publishers: Iterable[Publisher], brought: frozenset[bytes]) -> list[Publisher]:
@@ -61,6 +62,25 @@ def quality(publishers: Iterable[Publisher]) -> Quality:
     """Returns what a subscription can request of all ``publishers``."""
     found = list(publishers)
     return Quality(all(one.reliable for one in found), all(one.latched for one in found))
+
+
+class Names:
+    """The nodes of publishers, by GID. Fast DDS 2 finds publishers again that were away for longer than its
+    lease, but gives their names to the graph no second time.
+    """
+
+    def __init__(self) -> None:
+        self._names: OrderedDict[bytes, str] = OrderedDict()
+
+    def of(self, gid: bytes, node: str) -> str:
+        """Returns the node of a publisher. ``node``: as the graph has it; empty if it does not name it."""
+        if node:
+            self._names[gid] = node
+        if gid in self._names:
+            self._names.move_to_end(gid)
+        while len(self._names) > _MOST_REMEMBERED:
+            self._names.popitem(last=False)
+        return self._names.get(gid, "")
 
 
 class Unnamed:

@@ -101,13 +101,25 @@ def _drift(home: Home) -> Drift | None:
 def _with_restarts(
     before: Mapping[str, Any] | None, after: Mapping[str, Any] | None
 ) -> dict[str, Any] | None:
-    """The states of now, with how often each unit was restarted while the probe looked."""
+    """The states of now, with how often each unit was restarted while the probe looked.
+
+    That counts a restart which was under way when it began.
+    """
     if before is None or after is None:
         return None
     return {
-        unit: {**state, "restarted": max(0, state["restarts"] - before[unit]["restarts"])}
+        unit: {
+            **state,
+            "restarted": max(0, state["restarts"] - before[unit]["restarts"] + _starts_again(before[unit])),
+        }
         for unit, state in after.items()
     }
+
+
+def _starts_again(state: Mapping[str, Any]) -> bool:
+    """Returns True if systemd has counted its restart, and it does not run yet."""
+    starting = state["active"] == "activating" and state["sub"] != "auto-restart"
+    return bool(starting and state["restarts"])
 
 
 def _boot_id() -> str:

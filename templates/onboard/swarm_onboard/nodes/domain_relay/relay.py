@@ -51,7 +51,7 @@ def _serve(config: Config) -> int:
     delays = [(one.name, one.delays) for one in topics]
     looked: list[Masters | Domain] = [masters, *(one.domain for one in away)]
     if masters.topics:
-        looked.append(Domain(home.node, masters.topics))
+        looked.append(Domain(home.node, masters.topics, masters.names))
     notifier.ready()
     while not ended.is_set():
         if any(time.monotonic() - one.looked > _HANGS for one in looked):
