@@ -12,6 +12,7 @@ from tests.e2e.ros_commands import Ros2
 from tests.timing import Promise
 
 TB3 = "tb3-pi"
+OUTAGE = 25.0  # s; DDS forgets a node that is silent for 20 s
 STAND_IN = "/tb3/stand_in"  # of the vendor's driver, which the lab lacks
 #: A node with the name of the keyboard program, which may command the Koala.
 KEYS = Ros2().publish("/koala/cmd_vel", 0.1, 0.0, 10).replace("ros2_topic_pub", "keys")
@@ -68,11 +69,30 @@ class TestBoth(Conducted):
             pad.let_go()
             experiment.seconds_to_rest()
 
+    def test_after_25_s_without_a_network_both_directions_are_back(self, experiment: Experiment) -> None:
+        """The TurtleBot stands meanwhile, and no command from before moves it; TCP and DDS have given up."""
+        with experiment.gamepad() as pad:
+            experiment.drives(pad, *self.FOLLOWERS)
+            experiment.lab.cut(TB3)
+            until(lambda: not moves(experiment.lab.robot("tb3")), "tb3 drives on")
+            pad.let_go()
+            time.sleep(OUTAGE)
+            experiment.lab.join(TB3)
+            experiment.stands("tb3", 2.0)
+            pad.hold(1.0)
+            until(lambda: moves(experiment.lab.robot("tb3")), "tb3 is not driven again")
+            pad.let_go()
+            experiment.seconds_to_rest()
+        self.receives_scans(experiment)
+
+    def receives_scans(self, experiment: Experiment) -> None:
+        read = f"{SOURCE}; timeout 10 rostopic echo -n 1 /tb3/scan/header"
+        until(lambda: "seq" in experiment.lab.shell(LEADER, f"{read} || true"), "no scan crosses")
+
     def test_a_master_that_is_restarted_gets_its_publishers_back(self, experiment: Experiment) -> None:
         experiment.lab.shell(LEADER, "sudo systemctl restart swarm-newswarm.master")
         with experiment.gamepad() as pad:
             experiment.drives(pad, *self.FOLLOWERS)
             pad.let_go()
             experiment.seconds_to_rest()
-        read = f"{SOURCE}; timeout 10 rostopic echo -n 1 /tb3/scan/header"
-        until(lambda: "seq" in experiment.lab.shell(LEADER, f"{read} || true"), "no scan crosses")
+        self.receives_scans(experiment)
