@@ -14,6 +14,7 @@ from swarm_onboard.domain_relay.ros1_subscriber import Opened, Subscription, Tak
 from swarm_onboard.multimaster import config as multimaster
 from swarm_onboard.multimaster import reconcile
 from swarm_onboard.multimaster.graph import Entry, Graph
+from swarm_onboard.multimaster.peer_state import Refusal
 from swarm_onboard.ros.latched import Latched
 from swarm_onboard.ros2 import ros1_bytes
 
@@ -48,7 +49,7 @@ class Arrivals:
             made = Subscription(self._config.node, entry, self._peer.hosts, kind, self._sums[kind])
             self._subscriptions[entry] = made, asyncio.ensure_future(made.run(self._opener(entry)))
         nameless = [(one, "no node of ROS 2 can have its name") for one in sorted(offer.entries - entries)]
-        refused = [*nameless, *((one, one.why) for one in offer.refusals)]
+        refused: list[tuple[Entry | Refusal, str]] = [*nameless, *((one, one.why) for one in offer.refusals)]
         return tuple(f"{one.topic} of {one.node}: {why}" for one, why in refused)
 
     def senders(self) -> dict[str, list[str]]:
