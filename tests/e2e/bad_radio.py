@@ -21,7 +21,7 @@ from tests.e2e.at_once import at_once
 from tests.e2e.lab_swarm import LabSwarm, namespace_of, quoted
 
 _TUNSETIFF, _IFF_TAP, _IFF_NO_PI = 0x400454CA, 0x2, 0x1000  # linux/if_tun.h
-_LONGEST_FRAME = 2048
+LONGEST_FRAME = 2048
 _BUCKET = "burst 8kb latency 400ms"  # more than a packet of 1 500 B fits, and none waits for ever
 _LOSS = """\
 table inet radio {{
@@ -81,7 +81,7 @@ def delay(swarm: LabSwarm, seconds: float) -> Iterator[None]:
             _inside(swarm, "ip", "address", "add", address, "dev", "br0")
 
 
-def _tap(name: str) -> int:
+def tap(name: str) -> int:
     device = os.open("/dev/net/tun", os.O_RDWR | os.O_NONBLOCK)
     fcntl.ioctl(device, _TUNSETIFF, struct.pack("16sH", name.encode(), _IFF_TAP | _IFF_NO_PI))
     return device
@@ -89,7 +89,7 @@ def _tap(name: str) -> int:
 
 async def _relay(bridge: str, address: str, seconds: float) -> None:
     loop = asyncio.get_running_loop()
-    mine, others = _tap("operator"), _tap("air")
+    mine, others = tap("operator"), tap("air")
     for line in (
         f"address del {address} dev {bridge}",
         f"link set air master {bridge} up",
@@ -99,7 +99,7 @@ async def _relay(bridge: str, address: str, seconds: float) -> None:
         subprocess.run(["ip", *line.split()], check=True)
 
     def pass_on(source: int, sink: int) -> None:
-        frame = os.read(source, _LONGEST_FRAME)
+        frame = os.read(source, LONGEST_FRAME)
         loop.call_later(seconds, os.write, sink, frame)
 
     loop.add_reader(mine, pass_on, mine, others)

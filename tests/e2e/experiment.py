@@ -61,11 +61,11 @@ class Experiment:
     seconds: Mapping[str, float]
 
     @contextmanager
-    def gamepad(self) -> Iterator[Gamepad]:
-        """A gamepad at the leader's host. Entered once the joystick program subscribes to it."""
-        argv = self.lab.shell_argv(LEADER, f"{SOURCE}; exec python3 -uc {quoted(PAD)}")
+    def gamepad(self, host: str = LEADER) -> Iterator[Gamepad]:
+        """A gamepad at the leader's host, or at another one. Entered once its island knows it."""
+        argv = self.lab.shell_argv(host, f"{SOURCE}; exec python3 -uc {quoted(PAD)}")
         with child_process(argv, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
-            island = self.spec.islands[0].name
+            (island,) = (one.name for one in self.spec.islands if host in one.hosts)
             until(lambda: self.publishers("/joy", island), "no gamepad is announced")
             yield Gamepad(process)
             assert process.stdin is not None
