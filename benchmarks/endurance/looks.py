@@ -71,9 +71,8 @@ class Stretch:
 
     def late(self, robot: str) -> float:
         """For how long it moved after it should have stood, s."""
-        return max(
-            (one.moment - self.began - STILL for one in self.looks if robot in one.moving), default=0.0
-        )
+        moved = [one.moment - self.began for one in self.looks if robot in one.moving]
+        return max(0.0, max(moved, default=0.0) - STILL)
 
     def crept(self, robot: str) -> float:
         """How far it came after it had stood at last, m: motion between two looks."""

@@ -32,7 +32,10 @@ def missed(*stretches: Stretch) -> list[str]:
 
 
 def test_a_robot_that_follows_and_stops_misses_nothing() -> None:
-    assert missed(HELD, stretch(held=False, moving=[(0.0, STILL - EVERY)])) == []
+    seen = Endured([HELD, stretch(held=False, moving=[(0.0, STILL - EVERY)])], {}, 0.0, ())
+    bars = list(bars_of_robots(seen, ["tb3"]))
+    assert all(kept for _, kept in bars)
+    assert bars[0][0].endswith("never")
 
 
 def test_a_robot_that_drives_on_misses_its_bar() -> None:
