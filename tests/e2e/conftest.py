@@ -26,6 +26,8 @@ LONGEST = (
     "test_recovery.py",
     "test_recovery_of_islands.py",
     "test_recovery_of_relays.py",
+    "test_ros1_and_ros2.py",
+    "test_migration_page.py",
     "test_rover.py",
     "test_paper.py",
     "test_ros2.py",

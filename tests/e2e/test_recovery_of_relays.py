@@ -137,7 +137,13 @@ def silent(swarm: LabSwarm) -> Iterator[None]:
         pass
 
 
-@pytest.mark.parametrize("name", FAULTS)
+#: `make test-all` runs these as well.
+SLOW = ("its link down 8 s", "commander's host without power")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=pytest.mark.slow) if one in SLOW else one for one in FAULTS]
+)
 def test_commands_cross_again_and_no_old_ones(swarm: LabSwarm, name: str, promise: Promise) -> None:
     fault = FAULTS[name]
     with ExitStack() as quiet:
