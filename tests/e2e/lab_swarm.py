@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import shutil
 import subprocess
@@ -23,7 +22,7 @@ from swarmctl.swarm.discovery import has_master
 from tests.child_process import child_process
 from tests.e2e import forked
 from tests.e2e.forked import Process, console_script
-from tests.e2e.pose import Pose, wrapped
+from tests.e2e.pose import Pose, printed
 from tests.e2e.ros_commands import Ros1, Ros2, RosCommands
 from tests.loading import load_swarm
 from tests.timing import PATIENCE
@@ -316,11 +315,8 @@ class LabSwarm:
 
     def odometry(self, host: str, robot: str) -> Pose:
         """The pose that the driver of ``robot`` publishes, received on ``host``."""
-        output = self.shell(host, f"{SOURCE}; timeout 10 rostopic echo -n 1 -p /{robot}/odom/pose/pose")
-        keys, values = output.strip().splitlines()
-        found = dict(zip(keys.split(","), map(float, values.split(",")), strict=True))
-        turn = 2 * math.atan2(found["field.orientation.z"], found["field.orientation.w"])
-        return Pose(found["field.position.x"], found["field.position.y"], wrapped(turn))
+        echo = f"timeout 10 rostopic echo -n 1 -p /{robot}/odom/pose/pose"
+        return printed(self.shell(host, f"{SOURCE}; {echo}"))
 
     def diagnosis(self, host: str, robot: str) -> str:
         """The next diagnostics of the driver of ``robot``, received on ``host``."""
@@ -335,15 +331,9 @@ class LabSwarm:
 
     @contextmanager
     def publishing(
-        self,
-        host: str,
-        robot: str,
-        linear: float,
-        angular: float = 0.0,
-        *,
-        source: str = SOURCE,
-        rate: int = 10,
-    ) -> Iterator[Publisher]:
+        self, host: str, robot: str, linear: float, angular: float = 0.0,
+        *, source: str = SOURCE, rate: int = 10,
+    ) -> Iterator[Publisher]:  # fmt: skip
         publish = self.ros_on(host).publish(f"/{robot}/cmd_vel", linear, angular, rate)
         with self.running(host, publish, source=source) as publisher:
             yield publisher

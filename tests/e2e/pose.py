@@ -21,5 +21,13 @@ class Pose:
         return Pose(dx * cosine + dy * sine, dy * cosine - dx * sine, wrapped(self.theta - origin.theta))
 
 
+def printed(output: str) -> Pose:
+    """The pose that ``rostopic echo -p`` has printed."""
+    keys, values = output.strip().splitlines()
+    found = dict(zip(keys.split(","), map(float, values.split(",")), strict=True))
+    turn = 2 * math.atan2(found["field.orientation.z"], found["field.orientation.w"])
+    return Pose(found["field.position.x"], found["field.position.y"], wrapped(turn))
+
+
 def wrapped(angle: float) -> float:
     return math.remainder(angle, math.tau)
