@@ -57,6 +57,20 @@ def test_a_relay_and_the_island_of_its_topics_reach_each_other() -> None:
     ]
 
 
+def test_a_relay_and_an_island_of_ros_1_reach_each_other() -> None:
+    crossing = [one for one in flows("ros1-and-ros2/swarm.yaml") if "cmd_vel" in one[3]]
+    there, back = "/tb3/cmd_vel, /koala/odom", "/koala/cmd_vel, /tb3/scan"
+    assert sorted(crossing) == sorted(
+        [
+            ("tb3-pi", "MASTER", LAPTOP, f"joins {there}"),
+            ("tb3-pi", "NODES", LAPTOP, f"receives {there}"),
+            (LAPTOP, "MULTIMASTER", "tb3-pi", f"exchanges {there}"),
+            ("tb3-pi", "MASTER", LAPTOP, f"joins {back}"),
+            (LAPTOP, "MULTIMASTER", "tb3-pi", f"exchanges {back}"),
+        ]
+    )
+
+
 def test_masters_that_discover_each_other_reach_each_other() -> None:
     found = flows("paper-5-combined/swarm.yaml", "paper-5-combined/fkie.yaml")
     hubs = f"{LAPTOP} {K3} {EPUCK}"

@@ -94,3 +94,10 @@ def test_a_wrong_file_is_refused(change: Callable[[Any], None], complaint: str) 
     change(data)
     with pytest.raises(ValueError, match=complaint):
         parse(data)
+
+
+def test_another_island_may_have_a_discovery_server_of_its_own() -> None:
+    servers = {"ROS_DISCOVERY_SERVER": "192.168.77.10:11811"}
+    peer = {**DATA["peers"][0], "environment": servers}
+    assert parse({**DATA, "peers": [peer]}).peers[0].environment == servers
+    assert parse(DATA).peers[0].environment == {}
