@@ -39,6 +39,7 @@ show) for u; do
   done ;;
 stop) [ -e $SWARM_PREFIX/slow ] && sleep 0.5; while [ -e $SWARM_PREFIX/held ]; do sleep 0.01; done; for u; do
     [ -e $SWARM_PREFIX/sticky-$u ] && { echo "Job for $u timed out" >&2; exit 1; }; rm -f $S/$u; done ;;
+reset-failed) for u; do rm -f $SWARM_PREFIX/failed-$u; done ;;
 restart) [ ! -e $SWARM_PREFIX/no-recovery ] || { echo "Job for $1 failed" >&2; exit 1; } ;;
 start) for u; do
     [ -e $S/$u ] && continue

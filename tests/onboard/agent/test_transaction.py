@@ -274,6 +274,23 @@ def test_a_unit_that_does_not_start_is_undone_and_named(old: FakeHost) -> None:
     runs(old, OLD.digest, ("master", "koala"))
 
 
+def test_systemd_lists_no_failed_unit_of_the_release_before(old: FakeHost) -> None:
+    failed = old.prefix / "failed-koala.service"
+    failed.touch()
+    old.apply(NEW, **CHANGE)
+    runs(old, NEW.digest, ("master", "khepera"))
+    assert not failed.exists()
+
+
+def test_systemd_lists_no_failed_unit_of_what_is_undone(old: FakeHost) -> None:
+    old.apply(NEW, "after:start", **CHANGE)
+    failed = old.prefix / "failed-khepera.service"
+    failed.touch()
+    old.recover()
+    runs(old, OLD.digest, ("master", "koala"))
+    assert not failed.exists()
+
+
 def test_a_unit_that_does_not_stop_is_undone_before_anything_changed(old: FakeHost) -> None:
     (old.prefix / "sticky-koala.service").touch()
 

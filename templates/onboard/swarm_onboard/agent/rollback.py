@@ -52,6 +52,7 @@ def undo(home: Home, done: Record, because: str) -> FailedError:
     passed("undo-outside")
     daemons = [*done.reload, *system_links.daemons_of(changed)]
     _tried(troubles, lambda: daemon_reload.reload(home, daemons))
+    _tried(troubles, lambda: systemd.forget([unit for unit in done.touched if unit not in manifest.units]))
     if booting:
         _tried(troubles, lambda: systemd.start_when_booted(system_links.enabled(manifest)))
     else:

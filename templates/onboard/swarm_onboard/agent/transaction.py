@@ -183,6 +183,7 @@ def _forward(home: Home, change: Change, manifest: Manifest, begun: Record, repo
     system_links.put_blocks(home, change.next, manifest)
     passed("blocks")
     daemon_reload.reload(home, begun.reload)
+    systemd.forget([unit for unit in change.stop if unit not in manifest.units])
     passed("reload")
     units = [unit for unit in manifest.units if unit in starting]
     if units:
