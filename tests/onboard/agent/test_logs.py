@@ -77,6 +77,18 @@ def test_a_message_is_cut_and_bytes_are_text(host: FakeHost) -> None:
     assert (short["message"], len(long["message"])) == ("hi\\xff", 4096)
 
 
+def test_an_entry_about_a_unit_is_of_that_unit(host: FakeHost) -> None:
+    """Whatever its process was, also one that journald found gone."""
+    dump, other = json.loads(line(2)), json.loads(line(1))
+    dump.update(COREDUMP_UNIT=UNITS[0], _SYSTEMD_UNIT="systemd-coredump@0.service")
+    other["OBJECT_SYSTEMD_UNIT"] = other.pop("_SYSTEMD_UNIT")
+    journal(host, [json.dumps(dump), json.dumps(other)])
+    assert [(entry["time"], entry["unit"]) for entry in ask(host)["entries"]] == [
+        (1, UNITS[0]),
+        (2, UNITS[0]),
+    ]
+
+
 def test_a_flood_is_cut(host: FakeHost) -> None:
     journal(host, [line(at, "x" * 5000) for at in range(1100)])
     answer = ask(host, lines=10000)

@@ -28,7 +28,10 @@ _LONGEST_LINE = 1 << 20  # bytes of an entry as journalctl prints it
 _CHUNK = 1 << 16
 _LOOK = 0.25  # s between two looks at the units and at the operator
 _PAUSE = 0.05  # s in which entries gather for one note
-_FIELDS = "MESSAGE,PRIORITY,UNIT,_SYSTEMD_UNIT"
+# The fields by which journalctl finds the entries of a unit (systemd.journal-fields(7)). The last one has the
+# unit of the process that logged, and is missing if the process had ended before journald looked.
+_UNIT_FIELDS = ("UNIT", "COREDUMP_UNIT", "OBJECT_SYSTEMD_UNIT", "_SYSTEMD_UNIT")
+_FIELDS = ",".join(("MESSAGE", "PRIORITY", *_UNIT_FIELDS))
 _JOURNALCTL = ("journalctl", "--quiet", "--no-pager", "--all", "--output=json", "--output-fields=" + _FIELDS)
 
 
@@ -155,9 +158,9 @@ def _entry(fields: dict[str, Any]) -> LogEntry | None:
             message = bytes(message).decode("utf-8", "backslashreplace")
         return {
             "time": int(fields["__REALTIME_TIMESTAMP"]) / 1e6,
-            "unit": str(fields.get("UNIT") or fields["_SYSTEMD_UNIT"]),
+            "unit": next(str(fields[name]) for name in _UNIT_FIELDS if fields.get(name)),
             "priority": int(fields.get("PRIORITY", 6)) & 7,
             "message": clipped(message, _LONGEST),
         }
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, StopIteration):
         return None
