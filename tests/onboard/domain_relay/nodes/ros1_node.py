@@ -4,6 +4,7 @@ PUBLISHES: {topic: [type, latched]}; SUBSCRIBES: {topic: [type, path of the fiel
 """
 
 import json
+import os
 import sys
 from operator import attrgetter
 
@@ -22,7 +23,8 @@ publishers = {
 def show(topic, path):
     def received(message):
         sender = message._connection_header["callerid"]
-        print(json.dumps({"topic": topic, "from": sender, "value": attrgetter(path)(message)}), flush=True)
+        line = json.dumps({"topic": topic, "from": sender, "value": attrgetter(path)(message)})
+        os.write(1, f"{line}\n".encode())  # in one piece: each connection has a thread of its own
 
     return received
 
