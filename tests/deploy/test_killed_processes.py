@@ -180,7 +180,7 @@ VICTIMS: dict[str, Callable[[int], None]] = {
 
 
 CASES = [(state, victim) for state in STATES for victim in ("operator", "sshd")]
-CASES += [(state, "agent") for state in ("survey", "hold", "confirm")]  # its own steps: test_transaction.py
+CASES += [(state, "agent") for state in ("survey", "hold", "confirm")]  # its own steps: test_undo.py
 
 
 @pytest.mark.parametrize(("state", "victim"), CASES)

@@ -123,12 +123,12 @@ def test_an_undeclared_topic_stays_on_its_island(start: Starts) -> None:
 
 
 def test_a_node_that_ends_leaves_the_other_islands_graph(start: Starts) -> None:
-    """Fast DDS 2's server often keeps the publisher, without a name, until the relay's process ends."""
+    """On a busy host Fast DDS 2's server keeps the publisher, without a name, until the relay ends."""
     east, west = start(EAST, "passer_by", PLAIN), start(WEST, "west", subscribes=PLAIN)
     until(lambda: ("passer_by", True) in west.publishers.get("/chat", []), "it is not in the graph")
     east.end()
     until(lambda: "passer_by" not in west.nodes, lambda: f"it is still in the graph: {west.nodes}")
     until(
-        lambda: ("passer_by", True) not in west.publishers["/chat"],
+        lambda: {name for name, _ in west.publishers["/chat"]} <= {"_NODE_NAME_UNKNOWN_"},
         lambda: f"it still publishes: {west.publishers}",
     )

@@ -18,8 +18,8 @@ from swarm_onboard.agent.errors import RefusedError
 from swarm_onboard.agent.release_store import Home
 
 from swarmctl.remote.agent_archive import agent
+from tests.onboard.agent.change import CHANGE, NEW, OLD, runs
 from tests.onboard.agent.fakehost import FakeHost, Reply
-from tests.onboard.agent.test_transaction import CHANGE, NEW, OLD, runs
 from tests.timing import PATIENCE
 
 RACES = int(os.environ.get("SWARM_RACES", "30"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import fcntl
 import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,11 +21,6 @@ MORE = replace(RELEASE, files=(*RELEASE.files, File("data/map.yaml", b"resolutio
 FILES_ONLY: dict[str, Any] = {"previous": RELEASE.digest, "start": [], "files_only": True}
 UNITS: dict[str, Any] = {"previous": RELEASE.digest, "start": [], "confirm_within": 0.0}
 FIRST, SECOND = "e" * 16, "0123456789abcdef"
-
-
-@pytest.fixture
-def host(tmp_path: Path) -> FakeHost:
-    return FakeHost(tmp_path)
 
 
 def test_a_fresh_host_has_nothing_and_is_left_so(host: FakeHost) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from hashlib import sha256
-from pathlib import Path
 
 import pytest
 
@@ -30,11 +29,6 @@ def reading(release: Bundle) -> Bundle:
 
 
 PAIRED, LATER = reading(PLAIN), reading(bundle("2"))
-
-
-@pytest.fixture
-def host(tmp_path: Path) -> FakeHost:
-    return FakeHost(tmp_path)
 
 
 @pytest.fixture
