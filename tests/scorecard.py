@@ -176,7 +176,7 @@ ROWS = (
         "R22",
         "kill -9 of the agent",
         _agent(
-            "transaction",
+            "undo",
             "what_a_dead_agent_left_is_undone_without_a_person",
             "after_a_kill_at_any_step_the_next_deploy_completes",
         )
@@ -225,7 +225,7 @@ ROWS = (
     Row(
         "R29",
         "a first deploy fails",
-        _agent("transaction", "a_failed_first_deploy_leaves_the_host_as_it_was")
+        _agent("undo", "a_failed_first_deploy_leaves_the_host_as_it_was")
         + _agent("confirm", "a_first_release_that_nobody_confirms_leaves_nothing"),
     ),
     Row(
