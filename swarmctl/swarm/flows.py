@@ -41,7 +41,8 @@ def _between(spec: Spec, start: Island, end: Island, named: str) -> Iterator[Flo
         yield Flow(other.hosts, (relay.hub,), Service.MULTIMASTER, f"exchanges {named}")
     elif (provider := _provider(spec, end)) is not None and provider.relays:
         yield Flow((end.hub,), start.hosts, Service.NODES, f"receives {named}")
-        yield Flow(start.hosts, (end.hub,), Service.NODES, f"sends {named}")
+        if start.discovery.rmw != "zenoh":  # by which a relay calls, and nobody calls it
+            yield Flow(start.hosts, (end.hub,), Service.NODES, f"sends {named}")
     else:
         yield Flow((end.hub,), (start.hub,), Service.MASTER, f"receives {named}")
         yield Flow(end.hosts, start.hosts, Service.NODES, f"receives {named}")

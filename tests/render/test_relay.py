@@ -22,6 +22,7 @@ CASES = {
     "kilted": "distro: kilted",
     "cyclonedds": "distro: kilted, rmw: cyclonedds",
     "multicast": "distro: kilted, discovery: multicast",
+    "zenoh": "distro: kilted, rmw: zenoh",
 }
 
 
@@ -36,7 +37,7 @@ def made(folder: Path, ros: str, more: str = "") -> Mapping[str, Bundle]:
 @pytest.mark.parametrize("case", CASES)
 def test_golden(case: str, tmp_path: Path, golden: Callable[[Path, str], None]) -> None:
     for file in made(tmp_path, CASES[case])["k3-pi"].files:
-        special = {"jazzy": (), "server": ("units/",)}.get(case, ("units/", "params/"))
+        special = {"jazzy": (), "server": ("units/",), "zenoh": ("units/",)}.get(case, ("units/", "params/"))
         if OF_RELAY.match(file.path) and not file.path.startswith(special):
             golden(GOLDEN / case / file.path, file.content.decode())
 

@@ -165,7 +165,7 @@ TOPICS = "topics: [{topic: /k3/odom, to: [laptop]}, {topic: /k3/odomm, to: [lapt
 def test_islands_that_nothing_joins_have_one_error(tmp_path: Path, provider: str) -> None:
     """A provider of ROS 1 joins masters; its own rules have nothing to add."""
     spec = tmp_path / "swarm.yaml"
-    text = PAIR.replace("{ROS}", "{distro: kilted, rmw: zenoh}")
+    text = PAIR.replace("{ROS}", "{distro: kilted, discovery: local}")
     text = text.replace("mode: central\nhub: laptop", "mode: standalone")
     text = text.replace("k3-pi]}", "k3-pi], client_isolation: true}")
     spec.write_text(text + provider, "utf-8")
@@ -175,7 +175,6 @@ def test_islands_that_nothing_joins_have_one_error(tmp_path: Path, provider: str
 @pytest.mark.parametrize(
     ("ros", "why"),
     [
-        ("distro: jazzy, rmw: zenoh", "a relay finds no nodes by discovery `zenoh`"),
         ("distro: humble, servers: [laptop]", "a relay finds no nodes by discovery `server`"),
         ("distro: jazzy, discovery: local", "a relay finds no nodes by discovery `local`"),
         ("distro: jazzy, sros2: true", "a relay has no key of `sros2`"),

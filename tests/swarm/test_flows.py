@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -54,6 +56,16 @@ def test_a_relay_and_the_island_of_its_topics_reach_each_other() -> None:
         (LAPTOP, "NODES", K3, "sends /k3/cmd_vel"),
         (EPUCK, "NODES", LAPTOP, "receives /epuck/cmd_vel"),
         (LAPTOP, "NODES", EPUCK, "sends /epuck/cmd_vel"),
+    ]
+
+
+def test_a_relay_of_zenoh_reaches_the_router_of_its_topics(tmp_path: Path) -> None:
+    spec = tmp_path / "swarm.yaml"
+    text = (ROOT / "examples/ros2-4-standalone/swarm.yaml").read_text("utf-8")
+    spec.write_text(text.replace("{distro: jazzy}", "{distro: kilted, rmw: zenoh}"), "utf-8")
+    assert [one for one in flows(str(spec)) if "cmd_vel" in one[3]] == [
+        (K3, "NODES", LAPTOP, "receives /k3/cmd_vel"),
+        (EPUCK, "NODES", LAPTOP, "receives /epuck/cmd_vel"),
     ]
 
 

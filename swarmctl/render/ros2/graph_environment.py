@@ -73,6 +73,18 @@ def of_people(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     return {**variables, "ROS_SUPER_CLIENT": "TRUE"}
 
 
+def of_visitors(swarm: Swarm, island: Island) -> dict[str, str]:
+    """Returns what a node that runs on another island needs besides the domain of ``island``."""
+    if island.discovery.method == "zenoh":
+        # A peer starts before the router is there, and connects later; a client fails.
+        visits = 'mode="peer";listen/endpoints=[];connect/exit_on_failure=false'
+        return {
+            "ZENOH_ROUTER_CHECK_ATTEMPTS": "-1",  # none
+            "ZENOH_CONFIG_OVERRIDE": f"{visits};connect/endpoints={_endpoints(_servers(swarm, island))}",
+        }
+    return _discovery_server(swarm, island) if island.discovery.method == "server" else {}
+
+
 def own_address(host: Host, island: Island) -> str:
     """Returns the address that nodes of ``host`` need at their start; empty if they leave no host."""
     return "" if island.discovery.method == "local" or len(island.hosts) == 1 else host.address
@@ -80,11 +92,12 @@ def own_address(host: Host, island: Island) -> str:
 
 def router_override(swarm: Swarm, host: Host, island: Island) -> str:
     """Returns the settings of the Zenoh router of ``host``: all routers connect to the first."""
-    first, *_ = island.discovery.servers
-    listen = f"listen/endpoints={_endpoints([_zenoh_address(swarm, island, host.name)])}"
-    if host.name == first:
-        return listen
-    return f"{listen};connect/endpoints={_endpoints([_zenoh_address(swarm, island, first)])}"
+    first, *_ = _servers(swarm, island)
+    listens = host.address
+    if len(island.hosts) == 1:  # its own nodes need no network
+        listens = LOOPBACK if len(swarm.islands) == 1 else _every_address(host)
+    listen = f"listen/endpoints={_endpoints([listens])}"
+    return listen if host.address == first else f"{listen};connect/endpoints={_endpoints([first])}"
 
 
 def _fastrtps(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
@@ -92,12 +105,16 @@ def _fastrtps(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     if peers_by_file(swarm, island):
         found = {} if island.distro == HUMBLE else {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}
     if island.discovery.method == "server":
-        servers = (swarm.hosts[name].address for name in island.discovery.servers)
-        found = {"ROS_DISCOVERY_SERVER": ";".join(f"{bracketed(one)}:{SERVER_PORT}" for one in servers)}
+        found = _discovery_server(swarm, island)
     if needs_fastdds_file(swarm, host, island):
         variable = _PROFILES_2 if island.distro in FASTDDS_2 else _PROFILES
         found[variable] = f"{home(swarm)}/current/{FASTDDS}"
     return found
+
+
+def _discovery_server(swarm: Swarm, island: Island) -> dict[str, str]:
+    servers = (f"{bracketed(one)}:{SERVER_PORT}" for one in _servers(swarm, island))
+    return {"ROS_DISCOVERY_SERVER": ";".join(servers)}
 
 
 def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
@@ -109,7 +126,7 @@ def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
 
 def _zenoh(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     """Clients of the routers: a peer without its router receives nothing, and reports no error."""
-    routers = [_zenoh_address(swarm, island, name) for name in island.discovery.servers]
+    routers = [LOOPBACK] if len(island.hosts) == 1 else _servers(swarm, island)
     return {
         "ZENOH_ROUTER_CHECK_ATTEMPTS": "0",  # without limit
         "ZENOH_CONFIG_OVERRIDE": f'mode="client";connect/endpoints={_endpoints(routers)}',
@@ -141,8 +158,13 @@ def _range(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     return found
 
 
-def _zenoh_address(swarm: Swarm, island: Island, host: str) -> str:
-    return LOOPBACK if len(island.hosts) == 1 else swarm.hosts[host].address
+def _servers(swarm: Swarm, island: Island) -> list[str]:
+    return [swarm.hosts[name].address for name in island.discovery.servers]
+
+
+def _every_address(host: Host) -> str:
+    ip = ip_of(host.address)
+    return "::" if ip is not None and ip.version == 6 else "0.0.0.0"
 
 
 def _endpoints(addresses: Iterable[str]) -> str:

@@ -19,7 +19,6 @@ from swarmctl.swarm.ports import DRAWN, PortRange
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 PARAMS, _ENVIRONMENT = "params/relay.yaml", "env/relay.env"
-_OF_SERVERS = ("ROS_DISCOVERY_SERVER",)  # what differs between islands
 _OWN, _OF_RELAY = "env/", "env/relay."  # files that DDS reads
 
 
@@ -33,7 +32,7 @@ class Relay(OneNode):
     def reaches(self, island: Island) -> bool:
         """Returns True if nodes of another island find it; of a server, if that can be another for each."""
         method = island.discovery.method
-        return method in ("peers", "multicast") or (method == "server" and island.distro != HUMBLE)
+        return method in ("peers", "multicast", "zenoh") or (method == "server" and island.distro != HUMBLE)
 
     def ports(self, swarm: Swarm, island: Island) -> Sequence[PortRange]:
         """Returns where nodes and masters of ROS 1 reach it: at ports that Linux draws."""
@@ -123,12 +122,11 @@ def _peers(swarm: Swarm, island: Island) -> Iterator[dict[str, Any]]:
                 "sends": sends,
             }
         elif receives:
-            own = graph_environment.of_nodes(swarm, swarm.hosts[island.hub], peer)
-            servers = {name: own[name] for name in _OF_SERVERS if name in own}
+            environment = graph_environment.of_visitors(swarm, peer)
             yield {
                 "island": peer.name,
                 "domain": peer.discovery.domain,
-                **({"environment": servers} if servers else {}),
+                **({"environment": environment} if environment else {}),
                 "receives": receives,
             }
 
