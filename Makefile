@@ -7,6 +7,8 @@ PYTHON ?= python3
 VENV := .venv
 ROS ?= 1
 BIN := $(VENV)/bin
+INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check
+LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-emit-index-url --no-annotate --no-header --generate-hashes
 # tool:package pairs; a tool that is there already is not installed again
 LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
 TEST_TOOLS := nft:nftables check_urdf:liburdfdom-tools sshd:openssh-server sudo:sudo gcc:gcc g++:g++ avr-gcc:gcc-avr avrdude:avrdude \
@@ -96,12 +98,11 @@ bench-tools: ## install the tools that benchmarks/compare.py compares with, into
 bench: $(VENV)/.dev ## run every benchmark
 	@for benchmark in benchmarks/*.py; do echo "== $$benchmark"; $(BIN)/python $$benchmark || exit 1; done
 
-lock: $(VENV)/.dev ## update the locked versions
+lock: $(VENV)/.dev ## update the locked versions and hashes
 	$(BIN)/pip install --quiet uv
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-emit-index-url --no-annotate --no-header \
-	  --upgrade -o requirements/run.txt pyproject.toml
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-emit-index-url --no-annotate --no-header \
-	  -c requirements/run.txt -o requirements/dev.txt pyproject.toml requirements/dev.in
+	$(LOCK) --upgrade -o requirements/run.txt pyproject.toml
+	$(LOCK) -c requirements/run.txt -o requirements/dev.txt pyproject.toml requirements/dev.in
+	$(LOCK) -c requirements/dev.txt -o requirements/build.txt requirements/build.in
 
 # The environment: the locked versions, and this checkout in place.
 $(VENV)/.made:
@@ -112,15 +113,15 @@ $(VENV)/.made:
 	@$(PYTHON) -m venv $(VENV)
 	@touch $@
 
-$(VENV)/.run: $(VENV)/.made requirements/run.txt pyproject.toml
+$(VENV)/.run: $(VENV)/.made requirements/run.txt requirements/build.txt pyproject.toml
 	@echo "-- installing what swarmctl needs (about 20 s)"
-	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements/run.txt
-	@$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -e .
+	@$(INSTALL) --require-hashes -r requirements/run.txt -r requirements/build.txt
+	@$(INSTALL) --no-build-isolation --no-deps -e .
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 	@echo "-- installing what the tests need (about 20 s)"
-	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements/dev.txt
+	@$(INSTALL) --require-hashes -r requirements/dev.txt
 	@touch $@
 
 lab-tools:
