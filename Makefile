@@ -30,7 +30,7 @@ LABS := $(shell expr $$(nproc) \* 2 + 1)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test test-all check busy power-cuts races scorecard attacks experiments dead-man faults motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools page-tools
+.PHONY: demo test test-all check busy power-cuts races scorecard attacks experiments dead-man faults motion fuzz lint format generated man bench bench-tools lock audit clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools page-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -103,6 +103,15 @@ lock: $(VENV)/.dev ## update the locked versions and hashes
 	$(LOCK) --upgrade -o requirements/run.txt pyproject.toml
 	$(LOCK) -c requirements/run.txt -o requirements/dev.txt pyproject.toml requirements/dev.in
 	$(LOCK) -c requirements/dev.txt -o requirements/build.txt requirements/build.in
+	$(LOCK) -c requirements/dev.txt -o requirements/audit.txt requirements/audit.in
+
+audit: build/audit/.made ## look the locked packages up among known vulnerabilities; fails if the service cannot be reached
+	@build/audit/bin/python tools/audit.py requirements/run.txt
+
+build/audit/.made: requirements/audit.txt
+	@$(PYTHON) -m venv build/audit
+	@build/audit/bin/pip install --quiet --disable-pip-version-check --require-hashes -r requirements/audit.txt
+	@touch $@
 
 # The environment: the locked versions, and this checkout in place.
 $(VENV)/.made:
