@@ -9,7 +9,7 @@ from swarmctl import resources
 from swarmctl.render.bundle import File
 
 #: A ROS package of `swarm_onboard/nodes` -> the packages of `swarm_onboard` that its programs need.
-_NEEDS = {
+NEEDS = {
     "drivers": ("driver", "command", "rosserial", "ros", "common"),
     "gate": ("gate", "command", "ros", "common"),
     "guard": ("guard", "common"),
@@ -34,7 +34,7 @@ def folder(name: str, ros: str = "") -> tuple[File, ...]:
     """
     onboard = resources.onboard()
     inside = f"{name}/{onboard.name}"
-    packages = (*_NEEDS[name], ros) if ros else _NEEDS[name]
+    packages = (*NEEDS[name], ros) if ros else NEEDS[name]
     return (
         *below(onboard / "nodes" / name, name),
         File(f"{inside}/__init__.py", (onboard / "__init__.py").read_bytes()),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, next_command, options, selected
+from swarmctl.cli import console, file_writes, next_command, options, selected
 
 if TYPE_CHECKING:
     from swarmctl.render.bundle import Bundle
@@ -20,6 +20,12 @@ def render(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder to write to.")],
     overlays: options.Overlays = None,
     host: options.HostOrLimit = None,
+    sbom: Annotated[
+        Path | None,
+        typer.Option(
+            "--sbom", metavar="FILE", help="Also write what the releases consist of to FILE: CycloneDX, JSON."
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write even if DIR contains other files.")] = False,
     details: options.Details = False,
     json: options.Json = False,
@@ -30,12 +36,15 @@ def render(
     """
     from swarmctl.cli import render_folder
     from swarmctl.render.build_bundle import bundles
+    from swarmctl.views.sbom import cyclonedx
 
     swarm = console.read_spec(spec)
     wanted = bundles(swarm)
     named = {name: wanted[name] for name in selected.hosts(swarm.candidates, host)}
     if out.exists() and not out.is_dir():
         console.fail(f"{out} was not written by swarmctl render", "choose another --out")
+    if sbom is not None and sbom.resolve().is_relative_to(out.resolve()):
+        console.fail(f"{sbom} is in the folder of the releases, {out}", "choose a FILE beside it")
     try:
         with render_folder.locked(out):
             if not force and (foreign := render_folder.foreign_file(out)) is not None:
@@ -48,6 +57,8 @@ def render(
                 render_folder.remove_gone(out, wanted)
     except OSError as error:
         console.fail(console.cannot_write(error, out), "choose another --out")
+    if sbom is not None:
+        file_writes.replace(sbom, cyclonedx(swarm, named).encode())
     _report(out, named, swarm, details=details, json=json)
     if not json:
         for name, bundle in named.items():
