@@ -12,7 +12,8 @@ LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-emi
 # tool:package pairs; a tool that is there already is not installed again
 LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
 TEST_TOOLS := nft:nftables check_urdf:liburdfdom-tools sshd:openssh-server sudo:sudo gcc:gcc g++:g++ avr-gcc:gcc-avr avrdude:avrdude \
-  rviz:rviz Xvfb:xvfb softhsm2-util:softhsm2 pkcs11-tool:opensc ansible-inventory:ansible-core
+  rviz:rviz Xvfb:xvfb softhsm2-util:softhsm2 pkcs11-tool:opensc ansible-inventory:ansible-core \
+  wg:wireguard-tools wireguard-go:wireguard-go
 # path:package pairs, for what is no program
 TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware/arduino/avr:arduino-core-avr \
   /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev
@@ -149,7 +150,7 @@ races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline, 50 of
 scorecard: $(VENV)/.dev lab-tools ## what a deploy promises under 61 faults: the table, with the tests that show it (needs root)
 	@$(BIN)/python -m tests.scorecard
 
-attacks: $(VENV)/.dev lab-tools ## 22 attacks on the example swarm from 4 positions, with security off and filtered: what succeeds (needs root)
+attacks: $(VENV)/.dev lab-tools ## 22 attacks on the example swarm from 4 positions, at each level of security: what succeeds (needs root)
 	@$(SUDO) $(BIN)/python -m tests.attacks
 
 power-tools:

@@ -1,6 +1,6 @@
-"""What ``security: filtered`` costs: ``python benchmarks/security_cost.py [--rounds N] [--seconds S]``.
+"""What each level of `security` costs: ``python benchmarks/security_cost.py [--rounds N] [--seconds S]``.
 
-As root, three hosts in the lab, ``off`` and ``filtered`` in turns: the time from a command to the wheels,
+As root, three hosts in the lab, the levels in turns: the time from a command to the wheels,
 that of a registration at the master from another host with its CPU time there, and CPU as all drive.
 """
 
@@ -27,7 +27,7 @@ from tests.child_process import child_process
 from tests.e2e.lab_swarm import LEADER, SOURCE, SWARM, LabSwarm, lab_of, moves, quoted, until
 
 EXAMPLE = ROOT / "examples/paper-leader/swarm.yaml"
-LEVELS = ("off", "filtered")
+LEVELS = ("off", "filtered", "sealed")
 SPEEDS = {"koala": 0.2, "k3": 0.1, "epuck": 0.05}  # m/s
 CALLER = "k3-pi"
 CALLS = 400  # registrations at the master
@@ -123,6 +123,9 @@ def measured(folder: Path, rounds: int, seconds: float) -> dict[str, Found]:
             level: swarm.variant(level, ("mode: leader", f"security: {level}\nmode: leader"))
             for level in LEVELS
         }
+        pinned = swarm.swarmctl("trust", spec=specs["sealed"])
+        if pinned.status:
+            raise SystemExit(f"no keys of WireGuard: {pinned.out}{pinned.err}")
         for _ in range(rounds):
             for level, spec in specs.items():
                 run = swarm.deploy(spec)

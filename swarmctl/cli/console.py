@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from dataclasses import replace
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -215,14 +216,19 @@ def refuse(spec: SpecFiles, found: Checked) -> NoReturn:
 def read_spec(spec: SpecFiles, lab: str = "") -> Swarm:
     """The resolved swarm of a spec; prints its findings and exits if there are errors.
 
-    Packages are there as they were built for its hosts, or for those of ``lab``.
+    Builds of packages and WireGuard keys are those of its hosts, or of those of ``lab``.
     """
     return swarm_of(read_document(spec), lab)
 
 
 def swarm_of(document: Document, lab: str = "") -> Swarm:
-    """Returns the resolved swarm of a document, with the builds of its packages."""
+    """Returns the resolved swarm of a document, with the builds of its packages, and the keys of a lab."""
     from swarmctl.deploy.build_store import with_builds
     from swarmctl.swarm.resolve import resolve
 
-    return with_builds(resolve(document), lab)
+    swarm = resolve(document)
+    if swarm.overlay and lab:
+        from swarmctl.lab.lab_wireguard_keys import keys_of
+
+        swarm = replace(swarm, wireguard_keys=keys_of(lab))
+    return with_builds(swarm, lab)

@@ -51,9 +51,9 @@ def completing(spec: SpecFiles, where: Sequence[str]) -> Callable[[str], str]:
     """
 
     def command(found: re.Match[str]) -> str:
-        if found[1] in ("keys", "trust"):  # of the whole swarm; a lab has its own keys of hosts
+        if found[1] == "keys":  # of the whole swarm
             return spec.command(found[1])
-        if found[1] == "start":  # the robots follow
+        if found[1] in ("start", "trust"):  # the robots follow; of the whole swarm
             fit = fitting(found[1], where)
             return spec.command(found[1], *fit[: fit.index("--limit") if "--limit" in fit else None])
         return spec.command(found[1], *fitting(found[1], where))

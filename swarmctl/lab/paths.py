@@ -69,6 +69,11 @@ class LabPaths:
         return self.directory / "known_hosts"
 
     @property
+    def wireguard_keys(self) -> Path:
+        """The public WireGuard keys of the lab's hosts, which differ from those of the real ones."""
+        return self.directory / "wireguard"
+
+    @property
     def socket(self) -> Path:
         """The supervisor's Unix socket."""
         return self.directory / "control"

@@ -15,6 +15,7 @@ from swarmctl.spec.program_model import Program
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.program_values import files_folder, secrets_folder
 from swarmctl.swarm.ros_drivers import placeholder_values
+from swarmctl.swarm.subnets import ros_address
 from swarmctl.yamltext.source import Loc
 
 _MAX_LAUNCHED = 50_000  # elements of all launch files together
@@ -87,7 +88,7 @@ def declared_launches(index: SwarmIndex) -> Iterator[tuple[LaunchUse, Mapping[st
                 Launched(), of_type,
             )  # fmt: skip
             known = host if host in index.spec.hosts else None
-            address = index.spec.hosts[known].address if known else ""
+            address = ros_address(index.spec, known) if known else ""
             values = placeholder_values(name, space, known or "", address, {})
             yield use, _arguments(driver, values)
 
@@ -113,7 +114,7 @@ def _values(index: SwarmIndex, name: str, program: Program, host: str | None) ->
         "secrets": secrets_folder(index.spec.name, name),
     }
     if host in index.spec.hosts:
-        values |= {"host": host, "address": index.spec.hosts[host].address}
+        values |= {"host": host, "address": ros_address(index.spec, host)}
     return {**values, "robot": program.robot} if program.robot is not None else values
 
 

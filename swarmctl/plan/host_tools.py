@@ -29,6 +29,7 @@ TOOLS = {
     "avrdude": Tool("avrdude", "avrdude: `swarmctl firmware flash` cannot write its boards"),
     "iw": Tool("iw", "iw: wlan power saving stays on", ", then reboot"),
     "nft": Tool("nftables"),
+    "wg": Tool("wireguard-tools"),
     "podman": Tool("podman"),
     "docker": Tool("docker.io"),
 }

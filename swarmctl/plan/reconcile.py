@@ -248,6 +248,9 @@ def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
     if bundle.unsigned:
         message = f"the permissions of {', '.join(bundle.unsigned)} are not signed as the spec has them"
         return Problem(preflight.UNFIT, message, "`swarmctl keys` signs them")
+    if bundle.unpinned:
+        message = f"the WireGuard keys of {', '.join(bundle.unpinned)} are not pinned"
+        return Problem(preflight.UNFIT, message, "`swarmctl trust` pins them")
     if not facts:  # the host was not contacted
         return None
     if problem := preflight.unusable(facts):

@@ -7,7 +7,7 @@ from dataclasses import fields
 from itertools import chain
 from typing import Any
 
-from swarmctl.render import bluetooth, firewall, maintenance_file
+from swarmctl.render import bluetooth, firewall, maintenance_file, wireguard
 from swarmctl.render.bundle import Bundle, File, Part, Unit
 from swarmctl.render.host_os import Preparation
 from swarmctl.render.middleware import middleware_at
@@ -34,10 +34,11 @@ def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
 
 
 def _swarm_parts(swarm: Swarm, host: Host) -> Iterator[Part]:
-    """The firewall, robots, multimaster and programs of ``host``, in the start order of their units."""
+    """The firewall, WireGuard, robots, multimaster and programs, in the start order of their units."""
     island, middleware = swarm.island_of(host.name), middleware_at(swarm, host.name)
     running = running_on(swarm.multimaster, swarm.islands, swarm.carriers)
     yield from firewall.parts(swarm, host)
+    yield from wireguard.parts(swarm, host)
     yield from bluetooth.parts(swarm, host)
     yield from middleware.robots(swarm, host, island)
     yield maintenance_file.part(swarm, host)

@@ -109,7 +109,8 @@ class Part:
     ``tf2_msgs``, and what ``package`` and ``workspace`` make of names of ROS packages and places of built
     workspaces; both have by requirement the entries of the spec that need it: ``robots.k3``;
     ``platform`` is the one that its compiled packages are for, empty without any, and ``unbuilt`` names
-    packages whose build is missing; ``enclaves`` are those of SROS 2 in which its units run.
+    packages whose build is missing; ``enclaves`` are those of SROS 2 in which its units run;
+    ``unpinned`` names the hosts whose WireGuard key it needs and the spec does not have.
     """
 
     files: tuple[File, ...] = ()
@@ -124,6 +125,7 @@ class Part:
     platform: str = ""
     unbuilt: tuple[str, ...] = ()
     enclaves: tuple[Enclave, ...] = ()
+    unpinned: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -52,6 +52,8 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         "firewall.nft",
         table=names.firewall_table(swarm.name),
         ssh=host.port,
+        overlay=swarm.overlay,
+        interface=names.wireguard_interface(swarm.name),
         accounts=tuple(dict.fromkeys(("root", host.user, *_lookers(island)))),
         offered=list(_offered(swarm, host, island)),
         used=list(_used(swarm, host)),
@@ -88,7 +90,7 @@ def _offered(swarm: Swarm, host: Host, island: Island) -> Iterator[_Rule]:
             for source in flow.sources
             if source != host.name
         }
-        addresses = [one.address for one in swarm.hosts.values() if one.name in sources]
+        addresses = [one.ros_address for one in swarm.hosts.values() if one.name in sources]
         if service is Service.NODES:
             addresses += robots_with_nodes(swarm, island)
         for one in ports:
@@ -114,7 +116,7 @@ def _used(swarm: Swarm, host: Host) -> Iterator[_Rule]:
                     if other is host and one != DRAWN:
                         own.add((service, one))
                     else:
-                        addresses[other.address] = None
+                        addresses[other.ros_address] = None
                     if one.protocol == "udp":
                         addresses.update(dict.fromkeys(groups(swarm, island)))
     for (service, one), addresses in found.items():

@@ -55,7 +55,7 @@ class Preparation:
     @cached_property
     def _names(self) -> Part:
         """The names of all hosts, for people and for programs that use them."""
-        known = [host for host in self._swarm.hosts.values() if ip_of(host.address)]
+        known = [host for host in self._swarm.hosts.values() if ip_of(host.ros_address)]
         file = File("hosts/block", render("block.hosts", hosts=known), origin="hosts")
         return Part((file,), blocks={HOSTS: file.path})
 

@@ -33,7 +33,7 @@ def requests(
         homes = {
             text.lower(): name
             for name, host in hosts.items()
-            for text in (host.address, host.advertised, name)
+            for text in (host.ros_address, host.advertised, name)
         }
         declared = declared_topics(swarm, middleware, island)
         for name in island.hosts:

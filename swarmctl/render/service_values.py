@@ -35,10 +35,10 @@ def reachable(swarm: Swarm, host: Host) -> tuple[str, ...]:
     if island is None or not island.filtered:
         return ()
     peers = swarm.peers.get(host.name, frozenset())
-    addresses = (one.address for name, one in swarm.hosts.items() if name in peers)
+    addresses = (one.ros_address for name, one in swarm.hosts.items() if name in peers)
     return (
         "localhost",
-        host.address,
+        host.ros_address,
         *addresses,
         *robots_with_nodes(swarm, island),
         *groups(swarm, island),

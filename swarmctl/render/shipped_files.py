@@ -17,6 +17,7 @@ NEEDS = {
     "domain_relay": ("domain_relay", "multimaster", "common", "ros"),
     "stand_in": ("stand_in", "command", "ros", "common"),
     "teleop": ("teleop", "ros"),
+    "tunnel": ("tunnel", "common"),
 }
 
 

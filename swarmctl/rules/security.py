@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.swarm import wireguard_addresses
 from swarmctl.swarm.addresses import Kind, kind
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.flow import peers_of
@@ -24,6 +25,7 @@ _PAIRS = {
     ("bluetooth", "pin"),
     ("pin", "code"),
 }
+_OTHER = "10.200.0.0/16"
 # Words that turn a secret's name into a name about it: its path, its length.
 _ABOUT = {"file", "path", "folder", "name", "topic", "id", "length", "timeout", "type", "url", "uri"}
 # Packages of ROS 1 that join masters: fkie's under its three names, rocon's, and a relay.
@@ -166,7 +168,7 @@ def unfilterable_hosts(context: RuleContext) -> Iterator[Diagnostic]:
         if (host in filtered or peers.get(host)) and context.addresses[host] is None:
             yield Diagnostic(
                 "SEC005",
-                f"host `{host}` has no IP address, and `security: filtered` accepts packets by IP address",
+                f"host `{host}` has no IP address, and {_level(context)} accepts packets by IP address",
                 context.span("hosts", host, "address"),
                 label="a name",
                 help=("write its IP address, and reserve it for the host in the DHCP server of the network",),
@@ -192,7 +194,7 @@ def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator
         yield Diagnostic(
             "SEC006",
             f"no network has the addresses of both `{host}` and `{others[0]}`{more}: "
-            "`security: filtered` drops what they send each other",
+            f"{_level(context)} drops what they send each other",
             context.span("hosts", host, "address"),
             label=f"`{others[0]}` sends from another address, or a router translates it",
             help=(
@@ -200,6 +202,10 @@ def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator
                 "or write `security: off`, for the swarm or for the island",
             ),
         )
+
+
+def _level(context: RuleContext) -> str:
+    return f"`security: {'sealed' if context.spec.security == 'sealed' else 'filtered'}`"
 
 
 def _networks_by_address(context: RuleContext, host: str) -> frozenset[int]:
@@ -242,3 +248,66 @@ def robots_without_keys(context: RuleContext) -> Iterator[Diagnostic]:
                 label="swarmctl brings no files to the robot itself",
                 help=("remove `sros2`", "or leave the robot out of this swarm"),
             )
+
+
+@rule("SEC009")
+def unsealable(context: RuleContext) -> Iterator[Diagnostic]:
+    """What `security: sealed` cannot carry between hosts: multicast, and nodes that run elsewhere."""
+    if context.spec.security != "sealed":
+        return
+    for name, island in context.spec.islands.items():
+        if island.security is not None:
+            yield Diagnostic(
+                "SEC009",
+                f"island `{name}` has a `security` of its own, and the swarm is sealed",
+                context.span("islands", name, "security"),
+                label="WireGuard is between all hosts of a swarm",
+                help=("remove it",),
+            )
+    if any(one.discovery.method == "multicast" for one in context.islands if not one.has_master):
+        yield Diagnostic(
+            "SEC009",
+            "nodes look for others by multicast, which WireGuard does not carry",
+            context.span("ros", "discovery"),
+            label="no node would find another host's",
+            help=("write `discovery: peers`, or remove it",),
+        )
+    for name, driver in context.ros_drivers.items():
+        if driver.peer:
+            yield Diagnostic(
+                "SEC009",
+                f"robot `{name}` runs nodes of ROS 2 itself, and has no WireGuard",
+                context.span("robots", name, "type"),
+                label="swarmctl brings no files to the robot itself",
+                help=("write `security: filtered`", "or leave the robot out of this swarm"),
+            )
+
+
+@rule("SEC010")
+def overlays(context: RuleContext) -> Iterator[Diagnostic]:
+    """A network of WireGuard with addresses that something else has."""
+    spec = context.spec
+    if spec.security != "sealed":
+        if spec.overlay is not None:
+            yield Diagnostic(
+                "SEC010",
+                "`overlay` is the network of WireGuard, which only `security: sealed` has",
+                context.span("overlay"),
+                label="has no effect",
+                help=("remove it, or write `security: sealed`",),
+            )
+        return
+    network = wireguard_addresses.network_of(spec)
+    choose = (f"write another network, such as `overlay: {_OTHER}`",)
+    place = context.span("overlay") if spec.overlay is not None else context.span("security")
+    taken = {name: ip for name, ip in context.addresses.items() if ip is not None and ip in network}
+    used = next((one for one in context.subnets.values() if one is not None and one.overlaps(network)), None)
+    if taken or used is not None:
+        other = f"host `{min(taken)}` has an address in it" if taken else f"a network of `links` is {used}"
+        yield Diagnostic("SEC010", f"{network} is the network of WireGuard, and {other}", place, help=choose)
+    by_address: dict[object, str] = {}
+    for name in context.home:
+        first = by_address.setdefault(wireguard_addresses.address_of(spec, name), name)
+        if first != name:
+            what = f"hosts `{first}` and `{name}` would have the same address in {network}"
+            yield Diagnostic("SEC010", what, place, help=choose)

@@ -18,7 +18,7 @@ from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.ros_packages.package import NO_PACKAGES, Packages
 from swarmctl.rulebook import Severity
-from swarmctl.spec import keystore, selection_expansion
+from swarmctl.spec import keystore, selection_expansion, wireguard_keys
 from swarmctl.spec.beside_files import NO_FILES, BesideFiles, read_beside
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.delivered_files import read_delivered
@@ -190,7 +190,7 @@ def draft_of(
 def _files_of(spec: Spec, folder: Path, files: ProjectFiles, catalog: Catalog) -> BesideFiles:
     paths = [path for program in spec.programs.values() for path in program.beside]
     types = (*spec.types.values(), *(catalog.types[name] for name in catalog.sources))
-    paths += keystore.paths(spec)
+    paths += [*keystore.paths(spec), *wireguard_keys.paths(spec)]
     paths += [one.urdf for one in (*spec.robots.values(), *types) if one.urdf is not None]
     return read_beside(folder, paths, files) if paths else NO_FILES
 

@@ -20,6 +20,7 @@ from swarmctl.field_types import (
     Model,
     Name,
     Namespace,
+    Overlay,
     PackageName,
     Port,
     Printable,
@@ -210,7 +211,8 @@ class Robot(Model):
     )
 
 
-Security = Literal["off", "filtered"]
+Security = Literal["off", "filtered", "sealed"]
+IslandSecurity = Literal["off", "filtered"]
 
 
 class Control(Model):
@@ -236,7 +238,9 @@ class Island(Model):
     )
     leader: HostName | None = Field(None, description="Its leader (modes single-minded and leader).")
     hub: HostName | None = Field(None, description="The host that runs its master (mode central).")
-    security: Security | None = Field(None, description="Its own `security`; that of the swarm by default.")
+    security: IslandSecurity | None = Field(
+        None, description="Its own `security`; that of the swarm by default."
+    )
     distro: Annotated[str, NameIn(MIDDLEWARES)] | None = Field(
         None,
         description="Its own ROS distribution; that of `ros` by default. Islands of ROS 1 and ROS 2 are "
@@ -361,8 +365,15 @@ class Spec(Model):
     security: Security = Field(
         "off",
         description="`filtered`: hosts let others reach ROS only where the spec declares them to be in the "
-        "same island, or to share topics with it. Each has a firewall, and its units lists of addresses.",
-        examples=["filtered"],
+        "same island, or to share topics with it. Each has a firewall, and its units lists of addresses. "
+        "`sealed`: besides, ROS uses WireGuard between the hosts, and a key of each host proves who sends.",
+        examples=["filtered", "sealed"],
+    )
+    overlay: Overlay | None = Field(
+        None,
+        description="The network of the hosts' addresses in WireGuard, with `security: sealed`. By default "
+        "10.N.0.0/16, where N follows from the name of the swarm.",
+        examples=["10.200.0.0/16"],
     )
     time: Time = Field(default_factory=Time, description="Whose clock the swarm follows.")
     multimaster: Multimaster | None = Field(

@@ -40,6 +40,12 @@ def ip_of(address: str) -> Ip | None:
         return None
 
 
+def bracketed(address: str) -> str:
+    """Returns an address as it stands before a port."""
+    ip = ip_of(address)
+    return f"[{address}]" if ip is not None and ip.version == 6 else address
+
+
 def normal(address: str) -> str:
     """Returns the canonical spelling of an address, to compare addresses by."""
     return str(ip_of(address) or address.lower().rstrip("."))

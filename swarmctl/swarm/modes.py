@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from swarmctl.links.link_base import NetworkLink
 from swarmctl.spec import model
-from swarmctl.spec.model import Mode, Security, Spec
+from swarmctl.spec.model import Mode, Spec
 from swarmctl.swarm.discovery import discovery_of, domains, has_master
 from swarmctl.swarm.resolved import Island
 
@@ -71,7 +71,7 @@ class _Declared:
     hub: str
     hosts: tuple[str, ...]
     distro: str
-    security: Security
+    filtered: bool
 
 
 def _declared(spec: Spec) -> Iterator[_Declared]:
@@ -79,16 +79,16 @@ def _declared(spec: Spec) -> Iterator[_Declared]:
     match spec.mode:
         case Mode.STANDALONE:
             for host in _ros_hosts(spec):
-                yield _Declared(host, spec.mode, host, (host,), distro, spec.security)
+                yield _Declared(host, spec.mode, host, (host,), distro, spec.security != "off")
         case Mode.COMBINED:
             for name, island in spec.islands.items():
                 if (hub := hub_of(island)) is not None:
-                    security = island.security or spec.security
+                    filtered = (island.security or spec.security) != "off"
                     own = island.distro or distro
-                    yield _Declared(name, Mode(island.mode), hub, island.hosts, own, security)
+                    yield _Declared(name, Mode(island.mode), hub, island.hosts, own, filtered)
         case _:
             if (hub := hub_of(spec)) is not None:
-                yield _Declared(spec.name, spec.mode, hub, _ros_hosts(spec), distro, spec.security)
+                yield _Declared(spec.name, spec.mode, hub, _ros_hosts(spec), distro, spec.security != "off")
 
 
 def jump_hosts(spec: Spec) -> frozenset[str]:
@@ -140,5 +140,5 @@ def _island(spec: Spec, declared: _Declared, domain: int) -> Island:
         declared.distro,
         port or spec.ros.master_port,
         discovery,
-        filtered=declared.security == "filtered",
+        filtered=declared.filtered,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zlib
 from collections.abc import Iterator, Mapping
 
 DRIVER_NODE = "driver"
@@ -69,6 +70,7 @@ DISCOVERY = "discovery"
 MULTIMASTER = "multimaster"
 WLAN = "wlan"
 FIREWALL = "firewall"
+WIREGUARD = "wireguard"
 ENCLAVES = "enclaves"
 FIREWALL_FILE = "firewall.nft"
 
@@ -94,6 +96,7 @@ TAKEN = {
     DISCOVERY: "the unit of the discovery server",
     MULTIMASTER: "the unit of the multimaster",
     FIREWALL: "the unit of the firewall",
+    WIREGUARD: "the unit of WireGuard",
     ENCLAVES: "the unit of the keys of SROS 2",
     WLAN: "the unit that turns off power saving of the wlan",
     "swarm": "the launch file of all robots",
@@ -101,6 +104,7 @@ TAKEN = {
 }
 
 LONGEST_NAME = 31
+_LONGEST_INTERFACE = 15  # IFNAMSIZ - 1
 
 
 def valid_name(text: str, prefix: str) -> str:
@@ -120,6 +124,12 @@ def unit(swarm: str, *part: str) -> str:
 def firewall_table(swarm: str) -> str:
     """Returns the table of nftables, of family inet, with the firewall of a swarm on a host."""
     return f"swarm-{swarm}"
+
+
+def wireguard_interface(swarm: str) -> str:
+    """Returns the interface of a swarm's WireGuard; Linux allows 15 characters."""
+    name = f"wg-{swarm}"
+    return name if len(name) <= _LONGEST_INTERFACE else f"wg-{zlib.crc32(swarm.encode()):08x}"
 
 
 def runtime_folder(swarm: str, part: str) -> str:

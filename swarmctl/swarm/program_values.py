@@ -36,7 +36,7 @@ def values_of(swarm: Swarm, program: Program) -> Mapping[str, str]:
         "swarm": swarm.name,
         "program": program.name,
         "host": host.name,
-        "address": host.address,
+        "address": host.ros_address,
         **_master(swarm, host),
         "namespace": program.namespace[1:],
         "files": files_folder(swarm.name, program.name),
@@ -56,7 +56,7 @@ def template_values(swarm: Swarm, program: Program) -> Mapping[str, object]:
     return {
         **values_of(swarm, program),
         "node": program.node,
-        "hosts": {host.name: host.address for host in swarm.hosts.values()},
+        "hosts": {host.name: host.ros_address for host in swarm.hosts.values()},
         "robots": list(swarm.robots),
     }
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.links.link_base import Device, RobotLink
-from swarmctl.spec import keystore, model
+from swarmctl.spec import keystore, model, wireguard_keys
 from swarmctl.spec.load import Document
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.authority import Authority, commanded_by
@@ -28,7 +28,8 @@ from swarmctl.swarm.robot_maintenance import maintenance_of
 from swarmctl.swarm.robot_urdfs import urdfs_of
 from swarmctl.swarm.ros_drivers import launchable, placeholder_values
 from swarmctl.swarm.selectable import candidates_of
-from swarmctl.swarm.subnets import advertised
+from swarmctl.swarm.subnets import advertised, ros_address
+from swarmctl.swarm.wireguard_addresses import network_of
 
 
 def resolve(document: Document) -> Swarm:
@@ -46,6 +47,8 @@ def resolve(document: Document) -> Swarm:
         use_sim_time=spec.ros.use_sim_time,
         sros2=spec.ros.sros2,
         keystore={path: content[path] for path in keystore.paths(spec) if path in content},
+        overlay=str(network_of(spec)) if spec.security == "sealed" else "",
+        wireguard_keys=wireguard_keys.parse(content.get(wireguard_keys.path(spec.name), b"")),
         ipv6=spec.ros.ipv6,
         hosts={name: _host(name, spec) for name in spec.hosts},
         robots=_robots(index),
@@ -70,6 +73,7 @@ def _host(name: str, spec: model.Spec) -> Host:
     return Host(
         name=name,
         address=given.address,
+        ros_address=ros_address(spec, name),
         advertised=advertised(spec, name),
         user=given.user if "user" in given.model_fields_set or defaults.user is None else defaults.user,
         port=ssh_port(spec, name),
@@ -144,7 +148,7 @@ def _placeholders(index: SwarmIndex, robot: str, host: str, line: Device | None)
     """The values of the placeholders of a robot's driver, which runs on ``host``."""
     link, device = index.line_of(robot), line.path if line is not None else ""
     of_link = index.placeholders_of_link(link, device) if link is not None else {}
-    address = index.spec.hosts[host].address
+    address = ros_address(index.spec, host)
     return placeholder_values(robot, index.namespaces[robot], host, address, of_link)
 
 

@@ -35,12 +35,15 @@ from swarmctl.swarm.topics import DriverTopic
 
 @dataclass(frozen=True, kw_only=True)
 class Host(HostLogin):
-    """A computer of the swarm. ``advertised``: what the URIs of its nodes contain.
+    """A computer of the swarm. ``address``: for SSH; ``ros_address``: for ROS, and in a sealed swarm another.
+
+    ``advertised``: what the URIs of its nodes contain, an address or a name.
 
     ``platform`` is what its compiled programs are for, such as ``debian-12-x86_64-ros-1.15.15``; empty while
     it is unknown.
     """
 
+    ros_address: str
     advertised: str
     optional: bool
     install: Install = field(default_factory=Install)
@@ -311,6 +314,8 @@ class Swarm:
     sros2: bool = False
     keystore: Mapping[str, bytes] = field(default_factory=dict, repr=False)  # by path from the spec's folder
     ipv6: bool = False
+    overlay: str = ""  # the network of its WireGuard, if it is sealed
+    wireguard_keys: Mapping[str, str] = field(default_factory=dict, repr=False)  # public ones, by host
 
     @cached_property
     def received(self) -> Mapping[str, Mapping[str, Mapping[str, str]]]:
@@ -379,7 +384,7 @@ class Swarm:
 
     def uri_hosts_of(self, island: Island) -> tuple[str, ...]:
         """Returns what URIs of the island's nodes may contain as host: addresses and names, in lower case."""
-        texts = (text.lower() for name in island.hosts for text in (self.hosts[name].address, name))
+        texts = (text.lower() for name in island.hosts for text in (self.hosts[name].ros_address, name))
         return tuple(dict.fromkeys(texts))
 
     def master_uri(self, island: Island) -> str:

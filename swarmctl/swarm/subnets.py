@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from swarmctl.links.link_base import NetworkLink
 from swarmctl.spec.model import Spec
+from swarmctl.swarm import wireguard_addresses
 from swarmctl.swarm.addresses import Ip, Subnet, ip_of, subnet_of, usual_subnets
 
 
@@ -20,7 +21,13 @@ def advertised(spec: Spec, host: str) -> str:
 
     fkie and drivers compare it character by character, so all generated files take it from here.
     """
-    return host if spec.ros.naming == "hosts" else spec.hosts[host].address
+    return host if spec.ros.naming == "hosts" else ros_address(spec, host)
+
+
+def ros_address(spec: Spec, host: str) -> str:
+    """Returns the address that ROS uses on ``host``: in a sealed swarm that of its WireGuard."""
+    sealed = spec.security == "sealed"
+    return str(wireguard_addresses.address_of(spec, host)) if sealed else spec.hosts[host].address
 
 
 def subnet_sources_of(

@@ -1,6 +1,6 @@
-"""``python -m tests.attacks``: attacks the example with `security` off and filtered; prints what succeeds.
+"""``python -m tests.attacks``: attacks the example at each level of `security`; prints what succeeds.
 
-It needs root, for the lab. It exits with 1 if an attack succeeds that `security: filtered` is to refuse.
+It needs root, for the lab. It exits with 1 if an attack succeeds that `security` is to refuse.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def main() -> int:
     positions = {one.key: one.what for one in POSITIONS}
     print(*lines(ATTACKS, positions, cells), sep="\n")
     failed = failures(ATTACKS, positions, cells)
-    print(f"\n{len(failed)} succeed that security: filtered is to refuse", *failed, sep="\n  ")
+    print(f"\n{len(failed)} succeed that security is to refuse", *failed, sep="\n  ")
     return int(bool(failed))
 
 
@@ -49,7 +49,11 @@ def deployed(setting: Setting) -> Iterator[LabSwarm]:
     try:
         with lab_of(f"attacks-{os.getpid()}", SPEC, folder) as swarm:
             security = f"security: {setting.value}\nmode: leader"
-            run = swarm.deploy(swarm.variant("attacked", ("mode: leader", security)))
+            attacked = swarm.variant("attacked", ("mode: leader", security))
+            if setting is Setting.SEALED:
+                pinned = swarm.swarmctl("trust", spec=attacked)
+                assert pinned.status == 0, pinned.out + pinned.err
+            run = swarm.deploy(attacked)
             assert run.status == 0, run.out + run.err
             prepare(swarm)
             yield swarm

@@ -178,7 +178,7 @@ def carried_out(observer: Observer, attack: Attack, position: Position) -> tuple
 
 
 def _facts(observer: Observer, world: World, topics: int) -> Mapping[str, Any]:
-    hosts = observer.swarm.hosts
+    hosts = observer.swarm.ros_addresses
     return {
         "master": observer.master,
         "driver": world.graph["driver"],

@@ -58,7 +58,7 @@ def _on(host: str, account: str) -> Argv:
 
 
 def _own_of(host: str) -> Callable[[LabSwarm], str]:
-    return lambda swarm: swarm.hosts[host]
+    return lambda swarm: swarm.ros_addresses[host]
 
 
 def _foreign(swarm: LabSwarm) -> str:
@@ -67,18 +67,34 @@ def _foreign(swarm: LabSwarm) -> str:
 
 
 @contextmanager
-def _address_taken(swarm: LabSwarm) -> Iterator[None]:
-    """``AWAY`` is cut off the network, and the machine outside has its address."""
-    address = f"{swarm.hosts[AWAY]}/24"
-    swarm.cut(AWAY)
-    _ip(swarm, None, f"address add {address} dev br0")
-    _forget_neighbours(swarm)
+def _routes(swarm: LabSwarm) -> Iterator[None]:
+    """The machine outside sends to the addresses of ROS, whichever they are, on the wlan."""
+    routes = [f"{one}/32" for one in swarm.ros_addresses.values() if one not in swarm.hosts.values()]
+    for one in routes:
+        _ip(swarm, None, f"route add {one} dev br0")
     try:
         yield
     finally:
-        _ip(swarm, None, f"address delete {address} dev br0")
-        swarm.join(AWAY)
+        for one in routes:
+            _ip(swarm, None, f"route delete {one} dev br0")
+
+
+@contextmanager
+def _address_taken(swarm: LabSwarm) -> Iterator[None]:
+    """``AWAY`` is cut off the network, and the machine outside has its addresses."""
+    addresses = dict.fromkeys((f"{swarm.hosts[AWAY]}/24", f"{swarm.ros_addresses[AWAY]}/24"))
+    with _routes(swarm):
+        swarm.cut(AWAY)
+        for one in addresses:
+            _ip(swarm, None, f"address add {one} dev br0")
         _forget_neighbours(swarm)
+        try:
+            yield
+        finally:
+            for one in addresses:
+                _ip(swarm, None, f"address delete {one} dev br0")
+            swarm.join(AWAY)
+            _forget_neighbours(swarm)
 
 
 def _forget_neighbours(swarm: LabSwarm) -> None:
@@ -92,7 +108,7 @@ def _ip(swarm: LabSwarm, host: str | None, command: str) -> None:
 
 
 POSITIONS = (
-    Position("a", "a foreign machine on the wlan", None, _outside, _foreign),
+    Position("a", "a foreign machine on the wlan", None, _outside, _foreign, _routes),
     Position("b", f"one with the address of {AWAY}, cut off", None, _outside, _own_of(AWAY), _address_taken),
     Position("c1", f"an account on {HOST}", HOST, _on(HOST, ACCOUNT), _own_of(HOST)),
     Position("c2", f"an account on {LEADER}", LEADER, _on(LEADER, ACCOUNT), _own_of(LEADER)),

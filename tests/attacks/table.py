@@ -22,6 +22,7 @@ class Setting(Enum):
 
     OFF = "off"
     FILTERED = "filtered"
+    SEALED = "sealed"
 
 
 @dataclass(frozen=True)
@@ -55,21 +56,22 @@ def judged(attack: Attack, position: str, verdict: Verdict) -> Verdict:
 
 
 def failures(attacks: Sequence[Attack], positions: Mapping[str, str], cells: Cells) -> list[str]:
-    """The attacks that succeed though `security: filtered` is to refuse them.
+    """The attacks that succeed though `security` is to refuse them.
 
-    Who has taken the address of a declared host reads what that host may read.
+    Who has taken the address of a host reads what that host may read, if it is only filtered.
     """
     return [
-        f"{attack.what}, from {key}"
+        f"{setting.value}: {attack.what}, from {key}"
+        for setting in (Setting.FILTERED, Setting.SEALED)
         for key in positions
         for attack in attacks
-        if cells.get((attack.call, key, Setting.FILTERED)) is Verdict.SUCCEEDS
-        and not (attack.reads and key == _SPOOFED)
+        if cells.get((attack.call, key, setting)) is Verdict.SUCCEEDS
+        and not (attack.reads and key == _SPOOFED and setting is Setting.FILTERED)
     ]
 
 
 def lines(attacks: Sequence[Attack], positions: Mapping[str, str], cells: Cells) -> Iterator[str]:
-    """Yields the table: a row for each attack, for each position what happens when off and when filtered."""
+    """Yields the table: a row for each attack, for each position what happens at each level."""
     for key, what in positions.items():
         yield f"{key:2}  {what}"
     yield ""

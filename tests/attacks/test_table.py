@@ -40,13 +40,17 @@ def test_a_declared_host_may_read_and_not_drive() -> None:
         (READ, "b", Setting.FILTERED, False),
         (READ, "a", Setting.FILTERED, True),
         (READ, "c1", Setting.FILTERED, True),
+        (READ, "b", Setting.SEALED, True),
+        (DRIVE, "b", Setting.SEALED, True),
     ],
 )
-def test_it_fails_if_what_filtered_refuses_succeeds(
+def test_it_fails_if_what_is_to_be_refused_succeeds(
     attack: Attack, position: str, setting: Setting, fails: bool
 ) -> None:
     cells = {(attack.call, position, setting): Verdict.SUCCEEDS}
-    assert failures([DRIVE, READ], PLACES, cells) == ([f"{attack.what}, from {position}"] if fails else [])
+    assert failures([DRIVE, READ], PLACES, cells) == (
+        [f"{setting.value}: {attack.what}, from {position}"] if fails else []
+    )
 
 
 def test_the_table_has_a_row_for_each_attack_and_each_total() -> None:
@@ -61,12 +65,12 @@ def test_the_table_has_a_row_for_each_attack_and_each_total() -> None:
         == """\
 a   a foreign machine
 
-                 a off        a filtered
-drive the robot  succeeds     refused
-change files     succeeds     -
+                 a off        a filtered   a sealed
+drive the robot  succeeds     refused      -
+change files     succeeds     -            -
 
-succeeds         2            0
-partly           0            0
-refused          0            1
-declared         0            0"""
+succeeds         2            0            0
+partly           0            0            0
+refused          0            1            0
+declared         0            0            0"""
     )

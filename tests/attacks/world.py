@@ -74,7 +74,7 @@ class Observer:
 
     def __init__(self, swarm: LabSwarm) -> None:
         self.swarm = swarm
-        self.master = f"http://{swarm.hosts[LEADER]}:{USUAL_MASTER}/"
+        self.master = f"http://{swarm.ros_addresses[LEADER]}:{USUAL_MASTER}/"
 
     def look(self) -> World:
         """Waits for a master that answers: it may have been restarted just now."""

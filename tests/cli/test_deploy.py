@@ -17,7 +17,9 @@ REFUSED = HostError(Kind.REFUSED, "it lacks rospy")
 
 
 def host(name: str, *, optional: bool) -> Host:
-    return Host(name, "192.168.77.10", advertised="192.168.77.10", optional=optional)
+    return Host(
+        name, "192.168.77.10", ros_address="192.168.77.10", advertised="192.168.77.10", optional=optional
+    )
 
 
 @pytest.mark.parametrize(

@@ -76,6 +76,15 @@ def test_hosts_are_debian_with_systemd_and_ros(tiny: str) -> None:
 
 
 @in_a_lab
+@pytest.mark.skipif(not Path("/dev/net/tun").exists(), reason="needs /dev/net/tun")
+def test_hosts_can_run_wireguard(tiny: str) -> None:
+    """In user space, whatever the kernel of the machine has."""
+    run = "sudo -n wireguard-go wg-try >/dev/null 2>&1 && sudo -n wg set wg-try listen-port 51820"
+    shown = on(tiny, "alpha", f"{run} && sudo -n wg show wg-try listen-port; sudo -n ip link delete wg-try")
+    assert shown == "51820"
+
+
+@in_a_lab
 def test_hosts_have_different_identities(tiny: str) -> None:
     for file in ("/etc/machine-id", "/etc/ssh/ssh_host_ed25519_key.pub", "/proc/sys/kernel/random/boot_id"):
         command = f"cat {file} 2>/dev/null || sudo -n ssh-keygen -y -f {file.removesuffix('.pub')}"

@@ -22,7 +22,8 @@ from tests.lab.lab_values import plan_from
 
 def swarm_of(addresses: dict[str, str], *networks: Network) -> Swarm:
     hosts = {
-        name: Host(name, address, advertised=address, optional=False) for name, address in addresses.items()
+        name: Host(name, address, ros_address=address, advertised=address, optional=False)
+        for name, address in addresses.items()
     }
     return Swarm("s", Mode.LEADER, "noetic", None, hosts, {}, networks, ())
 

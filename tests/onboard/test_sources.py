@@ -38,7 +38,7 @@ MAY_IMPORT = {
     "gate": {"swarm_onboard.command", "swarm_onboard.common", "swarm_onboard.ros", *MESSAGES},
     "guard": {"swarm_onboard.common"},
     "multimaster": {"swarm_onboard.common"},
-    "host_checks": {"swarm_onboard.agent"},
+    "host_checks": {"swarm_onboard.agent", "swarm_onboard.tunnel"},
     "ros1_probe": {"swarm_onboard.agent", "swarm_onboard.common"},
     "ros2_probe": {*("swarm_onboard", "swarm_onboard.agent", "swarm_onboard.common", "swarm_onboard.ros2")},
     "ros": set[str](),
@@ -51,6 +51,7 @@ MAY_IMPORT = {
     "rosserial": set[str](),
     "stand_in": {"swarm_onboard.command", "swarm_onboard.ros", "rospy", *MESSAGES},
     "teleop": {"swarm_onboard.ros", "yaml", *MESSAGES},
+    "tunnel": {"swarm_onboard.common"},
 }
 
 

@@ -369,6 +369,13 @@ def test_a_missing_tool_has_its_debian_package_as_hint() -> None:
     assert problem.hint == "`swarmctl prepare` installs it; by hand: `apt install nftables`"
 
 
+def test_a_host_whose_peers_have_no_pinned_key_is_unfit() -> None:
+    problem = reconcile(replace(bundle(), unpinned=("k3-pi",)), running(bundle(), facts=FIT)).problem
+    assert problem is not None
+    assert problem.message == "the WireGuard keys of k3-pi are not pinned"
+    assert problem.hint == "`swarmctl trust` pins them"
+
+
 def with_optional_program() -> Bundle:
     plain = bundle()
     maps = Unit("map.service", ("params/a.yaml",), program="map", packages=("gmapping", "tf"))

@@ -14,6 +14,7 @@ from swarm_onboard.agent.answers import ANSWERS
 
 from swarmctl.deploy import flash, prepare, rollout
 from swarmctl.deploy.outcome import Outcome, Removed
+from swarmctl.deploy.public_keys import public_keys
 from swarmctl.firmware import avrdude
 from swarmctl.health import collect
 from swarmctl.health.observations import Answer
@@ -70,6 +71,7 @@ FITTING: dict[str, Any] = {
     "apply": {"release": RELEASE.digest, "previous": None},
     "rollback": {"release": RELEASE.digest, "previous": None},
     "host_list": {"epoch": 1, "hosts": {}, "gone": {}},
+    "wireguard_key": {"public": "oZW7F9q5HzxnPlYmVJ7CXp2NwtOGKGIoiCl5aOYLlTU="},
     "history": {
         "entries": [ENTRY], "release": None, "secrets": "", "releases": [], "secret_sets": [], "last": "",
     },
@@ -175,6 +177,28 @@ def test_a_host_that_confirms_another_release_is_no_success() -> None:
     )
     assert isinstance(found, HostError)
     assert found.message == f"it confirms release {'f' * 16}, and {RELEASE.digest} was applied"
+
+
+def key_of(public: str) -> str | HostError:
+    return public_keys("new", PI.values(), Transport(answering({"public": public})))["pi"]
+
+
+KEY = FITTING["wireguard_key"]["public"]
+
+
+@pytest.mark.parametrize(
+    "public",
+    [
+        "", KEY[:-1], KEY + "=", KEY + "\n", f"{KEY}\nother-pi {KEY}", KEY[:-2] + "V=", "ä" + KEY[1:],
+        "A" * 42 + "==", "A" * 44,
+    ],
+)  # fmt: skip
+def test_a_public_key_is_32_bytes_in_base64(public: str) -> None:
+    """It goes into the file of pinned keys, and from there to the other hosts."""
+    assert key_of(KEY) == KEY
+    found = key_of(public)
+    assert isinstance(found, HostError)
+    assert found.kind is Kind.PROTOCOL
 
 
 def results(events: Any) -> list[Any]:

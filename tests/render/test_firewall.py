@@ -83,7 +83,9 @@ def swarms(draw: st.DrawFn) -> Swarm:
             place = len(hosts) + 1
             address = draw(st.sampled_from((f"10.0.0.{place}", f"fd00::{place}")))
             port = draw(st.sampled_from((22, 22, 2222, 40000, 11311)))
-            hosts[name] = Host(name, address, "nobody", port, advertised=address, optional=False)
+            hosts[name] = Host(
+                name, address, "nobody", port, ros_address=address, advertised=address, optional=False
+            )
         method = draw(st.sampled_from(("server", "multicast"))) if distro == "kilted" else "server"
         servers = (names[0],) if distro == "kilted" and method == "server" else ()
         found = Discovery(method=method, servers=servers, domain=number)

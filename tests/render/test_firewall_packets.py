@@ -10,9 +10,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import pytest
 
+from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
 from tests.child_process import child_process
@@ -157,3 +159,21 @@ def test_another_account_reaches_no_master(swarm: Swarm, cable: Cable) -> None:
     with cable.listening([MASTER, EPHEMERAL[0], SSH]):
         assert len(opened(cable.host, local, len(local))) == len(local)
         assert opened(cable.host, local, 1, *account) == [(host.address, SSH)]
+
+
+def test_an_address_of_wireguard_comes_out_of_it_alone(cable: Cable, tmp_path: Path) -> None:
+    """A machine on the network has the address of a peer. ``eth0`` stands for it, then for WireGuard."""
+    overlay = tmp_path / "overlay.yaml"
+    overlay.write_text("security: sealed\n", "utf-8")
+    swarm, _ = load_swarm(ROOT / "examples/paper-leader/swarm.yaml", overlay)
+    assert swarm is not None
+    host, peer = replace(swarm.hosts["koala-laptop"], user="nobody"), swarm.hosts["k3-pi"].ros_address
+    table, wireguard = table_of(swarm, host), names.wireguard_interface(swarm.name)
+    assert wireguard in table
+    cable.address(host.ros_address, [])
+    ip(cable.network, "ip", "address", "add", f"{peer}/16", "dev", "eth0")
+    ip(cable.host, "ip", "route", "add", f"{peer}/32", "dev", "eth0")
+    with cable.listening([MASTER]):
+        for text, expected in ((table, []), (table.replace(wireguard, "eth0"), [(peer, MASTER)])):
+            loaded(cable.host, {"swarm-any": text})
+            assert opened(cable.network, [(peer, host.ros_address, MASTER)], len(expected)) == expected

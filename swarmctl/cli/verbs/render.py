@@ -70,6 +70,11 @@ def render(
                 console.err().print(
                     f"note: {name}: {', '.join(bundle.unsigned)} not signed; `swarmctl keys` signs them"
                 )
+            if bundle.unpinned:
+                console.err().print(
+                    f"note: {name}: the WireGuard keys of {', '.join(bundle.unpinned)} are not pinned; "
+                    "`swarmctl trust` pins them"
+                )
         next_command.advise("plan", spec, *next_command.where(limit=host))
 
 

@@ -77,13 +77,41 @@ def trust(
         bool, typer.Option("--replace", help="Also pin changed keys, of hosts that were re-flashed.")
     ] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Pin without asking, in a network you trust.")] = False,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
 ) -> None:
-    """Show the SSH keys of new hosts and pin them in NAME.known_hosts beside the spec."""
+    """Show the SSH keys of new hosts and pin them in NAME.known_hosts beside the spec.
+
+    In a sealed swarm, then pin the public WireGuard key of each host, which makes its own, in NAME.wireguard.
+    """
+    swarm = console.read_spec(spec)
+    failed: dict[str, HostError] = {}
+    refused: list[Scanned] = []
+    changed: tuple[str, ...] = ()
+    if options.in_lab(lab, lab_name):  # which knows the SSH keys of its hosts
+        chosen = selected.hosts(swarm.candidates, host)
+    else:
+        chosen, failed, refused = _pin_ssh(spec, swarm, host, replace=replace, yes=yes)
+    if swarm.overlay:
+        from swarmctl.cli import wireguard_pins
+
+        members = {name for island in swarm.islands for name in island.hosts} - failed.keys()
+        named = [one for one in chosen if one in members]
+        pins = wireguard_pins.pin(spec, swarm, named, named if replace else (), lab=lab, lab_name=lab_name)
+        failed, changed = failed | pins.failed, pins.changed
+    _conclude(swarm, failed, refused, changed)
+    # Jump hosts of ~/.ssh/config are no hosts of a plan.
+    limit = None if set(host or ()) - set(swarm.hosts) else host
+    next_command.advise("plan", spec, *next_command.where(lab=lab, lab_name=lab_name, limit=limit))
+
+
+def _pin_ssh(
+    spec: options.Spec, swarm: Swarm, host: Sequence[str] | None, *, replace: bool, yes: bool
+) -> tuple[list[str], dict[str, HostError], list[Scanned]]:
+    """Pin new SSH keys; returns the chosen hosts, errors of those that show none, and refused keys."""
     from swarmctl.cli.ssh_targets import known_elsewhere, read_known_hosts, targets, transport
     from swarmctl.remote.known_hosts import path_beside
 
-    swarm = console.read_spec(spec)
-    limit = host
     path = path_beside(spec.first)
     known = read_known_hosts(spec.first)
     ways, warnings = targets(swarm, known)
@@ -111,11 +139,7 @@ def trust(
                 known = known.pinned(one.target.host, one.target.address, one.target.port, (one.key,))
             file_writes.replace(path, known.dump().encode(errors="surrogateescape"))
             console.out().print(f"pinned {len(fresh)} in {path}")
-    _conclude(swarm, failed, refused)
-    if not set(limit or ()) - set(swarm.hosts):  # jump hosts of ~/.ssh/config are no hosts of a plan
-        next_command.advise("plan", spec, *next_command.where(limit=limit))
-    else:
-        next_command.advise("plan", spec)
+    return list(host or ways), failed, refused
 
 
 def _selected(swarm: Swarm, selections: Sequence[str], reachable: Iterable[str]) -> list[str]:
@@ -206,7 +230,9 @@ def _confirm(fresh: Sequence[Scanned], *, yes: bool) -> None:
         console.fail("nothing was pinned in this step")
 
 
-def _conclude(swarm: Swarm, failed: Mapping[str, HostError], refused: Sequence[Scanned]) -> None:
+def _conclude(
+    swarm: Swarm, failed: Mapping[str, HostError], refused: Sequence[Scanned], other_wireguard: Sequence[str]
+) -> None:
     """Print the errors and end with the exit code that fits; return if there is none."""
     from swarmctl.views.equal_hosts import names_of
     from swarmctl.views.rollout import RolloutView
@@ -228,6 +254,12 @@ def _conclude(swarm: Swarm, failed: Mapping[str, HostError], refused: Sequence[S
         console.fail(
             f"{len(changed)} of the hosts show another key than the known one",
             f"re-flashed? add {options} --replace; if not, another machine answers at this address",
+        )
+    if other_wireguard:
+        console.fail(
+            f"{hostlist.written(other_wireguard)}: the WireGuard key is another than the pinned one",
+            f"re-flashed? add --host {next_command.selection(other_wireguard)} --replace, then deploy to all "
+            "hosts; if not, somebody has replaced /etc/swarm on it",
         )
     if refused:
         raise typer.Exit(exit_codes.ERROR)

@@ -16,5 +16,7 @@ def compare(found: Findings, context: CheckContext) -> None:
         for name, check in host_checks().items():
             for seen in answer.checks.get(name, ()):
                 judged = check.judge(seen, host.name)
+                if judged.peer and judged.peer not in context.answers:
+                    continue  # why it does not answer is a finding of its own
                 verdict = Verdict(State(judged.state), judged.message, judged.hint)
                 found.add(name, " ".join(filter(None, (host.name, judged.about))), verdict, host=host)

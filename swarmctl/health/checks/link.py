@@ -7,6 +7,7 @@ from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.observations import PingSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, bad, ok, warning
+from swarmctl.swarm import names
 
 TABLE = {
     "link": (
@@ -28,8 +29,11 @@ def neighbours(graph: ExpectedGraph, host: ExpectedHost) -> list[ExpectedHost]:
 
 
 def keys(graph: ExpectedGraph, host: ExpectedHost) -> list[str]:
-    """Returns the keys of the findings about the links of ``host``."""
-    return [f"link {host.name} to {other.name}" for other in neighbours(graph, host)]
+    """Returns the keys of the findings about the links of ``host``, and about its WireGuard."""
+    others = [other.name for other in neighbours(graph, host)]
+    links = [f"link {host.name} to {other}" for other in others]
+    unit = f"unit {names.unit(graph.swarm, names.WIREGUARD)} on {host.name}"
+    return [unit, *(f"wireguard {host.name} {other}" for other in others), *links]
 
 
 def compare(found: Findings, context: CheckContext) -> None:

@@ -35,6 +35,7 @@ PACKAGES = (
         "python3-serial",
     ),
     *("nftables", "procps", "sudo", "chrony", "avrdude"),
+    *("wireguard-tools", "wireguard-go"),
 )
 #: ROS 1, of Debian; a distro of ``ros_wheels`` has these packages in place of it.
 ROS_1 = (

@@ -38,7 +38,7 @@ def parameters(swarm: Swarm, island: Island) -> dict[str, Any]:
     joined = (one for one in swarm.islands if one.name in swarm.received.get(island.name, {}))
     return {
         "hub": island.hub,
-        "address": hub.address,
+        "address": hub.ros_address,
         "port": island.master_port,
         "uri": swarm.master_uri(island),
         "use_sim_time": swarm.use_sim_time,
@@ -65,7 +65,7 @@ def _at(swarm: Swarm, host: str) -> list[str]:
     """The address and the name of a host, and the addresses of its robots that run nodes."""
     one = swarm.hosts[host]
     robots = (robot.node_address for robot in swarm.robots_on(host) if robot.node_address)
-    return list(dict.fromkeys((one.address, one.advertised, host, *robots)))
+    return list(dict.fromkeys((one.ros_address, one.advertised, host, *robots)))
 
 
 def _names(swarm: Swarm, island: Island) -> _Owned:

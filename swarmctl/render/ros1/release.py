@@ -54,7 +54,7 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> Part:
         **service_values(swarm, host),
         island=island.name,
         port=island.master_port,
-        address=host.address,
+        address=host.ros_address,
         uri=swarm.master_uri(island),
         use_sim_time=swarm.use_sim_time,
         runtime=names.runtime_folder(swarm.name, names.MASTER),

@@ -28,7 +28,7 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
         yield File(FASTDDS, _fastdds(swarm, host, island), origin=origin)
     if island.distro == HUMBLE and discovery.method == "server":
         servers = [
-            (f"44.53.{number:02x}.5f.45.50.52.4f.53.49.4d.41", swarm.hosts[name].address)
+            (f"44.53.{number:02x}.5f.45.50.52.4f.53.49.4d.41", swarm.hosts[name].ros_address)
             for number, name in enumerate(discovery.servers)
         ]
         yield File(SUPER_CLIENT, _fastdds(swarm, host, island, servers), origin=origin)
@@ -39,7 +39,7 @@ def needs_fastdds_file(swarm: Swarm, host: Host, island: Island) -> bool:
     discovery = island.discovery
     if discovery.rmw != "fastrtps":
         return False
-    return peers_by_file(swarm, island) or (discovery.method != "local" and _is_ipv4(host.address))
+    return peers_by_file(swarm, island) or (discovery.method != "local" and _is_ipv4(host.ros_address))
 
 
 def peers_by_file(swarm: Swarm, island: Island) -> bool:
@@ -54,8 +54,8 @@ def robots_with_nodes(swarm: Swarm, host: Host) -> list[str]:
 
 def _fastdds(swarm: Swarm, host: Host, island: Island, servers: list[tuple[str, str]] | None = None) -> bytes:
     local, robots = island.discovery.method == "local", robots_with_nodes(swarm, host)
-    peers = [LOOPBACK] if local else [swarm.hosts[name].address for name in island.hosts]
-    own = [LOOPBACK] if local else [LOOPBACK, host.address] if _is_ipv4(host.address) else []
+    peers = [LOOPBACK] if local else [swarm.hosts[name].ros_address for name in island.hosts]
+    own = [LOOPBACK] if local else [LOOPBACK, host.ros_address] if _is_ipv4(host.ros_address) else []
     return render(
         "ros2/fastdds.xml",
         addresses=[] if robots else own,  # the network of such a robot is in no spec
@@ -82,10 +82,10 @@ def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> bytes:
     by_peers, robots = island.discovery.method == "peers", robots_with_nodes(swarm, host)
     return render(
         "ros2/cyclonedds.xml",
-        address=host.address if ip_of(host.address) and not robots else "",
+        address=host.ros_address if ip_of(host.ros_address) and not robots else "",
         multicast=not by_peers,
         most=MOST_PARTICIPANTS,
-        peers=[*(swarm.hosts[name].address for name in island.hosts), *robots] if by_peers else [],
+        peers=[*(swarm.hosts[name].ros_address for name in island.hosts), *robots] if by_peers else [],
     )
 
 

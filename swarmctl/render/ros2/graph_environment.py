@@ -19,7 +19,7 @@ from swarmctl.render.ros2.discovery_files import (
 from swarmctl.render.service_values import home
 from swarmctl.spec.ros_model import Rmw
 from swarmctl.swarm import names
-from swarmctl.swarm.addresses import ip_of
+from swarmctl.swarm.addresses import bracketed, ip_of
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 IMPLEMENTATIONS: Mapping[Rmw, str] = {
@@ -87,17 +87,17 @@ def of_visitors(swarm: Swarm, island: Island) -> dict[str, str]:
 
 def own_address(host: Host, island: Island) -> str:
     """Returns the address that nodes of ``host`` need at their start; empty if they leave no host."""
-    return "" if island.discovery.method == "local" or len(island.hosts) == 1 else host.address
+    return "" if island.discovery.method == "local" or len(island.hosts) == 1 else host.ros_address
 
 
 def router_override(swarm: Swarm, host: Host, island: Island) -> str:
     """Returns the settings of the Zenoh router of ``host``: all routers connect to the first."""
     first, *_ = _servers(swarm, island)
-    listens = host.address
+    listens = host.ros_address
     if len(island.hosts) == 1:  # its own nodes need no network
         listens = LOOPBACK if len(swarm.islands) == 1 else _every_address(host)
     listen = f"listen/endpoints={_endpoints([listens])}"
-    return listen if host.address == first else f"{listen};connect/endpoints={_endpoints([first])}"
+    return listen if host.ros_address == first else f"{listen};connect/endpoints={_endpoints([first])}"
 
 
 def _fastrtps(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
@@ -152,26 +152,21 @@ def _range(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     if island.distro == HUMBLE:
         return {"ROS_LOCALHOST_ONLY": "1"} if method == "local" else {}
     found = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET" if method == "multicast" else "LOCALHOST"}
-    others = [swarm.hosts[name].address for name in island.hosts if name != host.name and method == "peers"]
+    hosts = [swarm.hosts[name] for name in island.hosts if name != host.name and method == "peers"]
+    others = [one.ros_address for one in hosts]
     if method != "multicast" and (peers := [*others, *robots_with_nodes(swarm, host)]):
         found["ROS_STATIC_PEERS"] = ";".join(peers)
     return found
 
 
 def _servers(swarm: Swarm, island: Island) -> list[str]:
-    return [swarm.hosts[name].address for name in island.discovery.servers]
+    return [swarm.hosts[name].ros_address for name in island.discovery.servers]
 
 
 def _every_address(host: Host) -> str:
-    ip = ip_of(host.address)
+    ip = ip_of(host.ros_address)
     return "::" if ip is not None and ip.version == 6 else "0.0.0.0"
 
 
 def _endpoints(addresses: Iterable[str]) -> str:
     return "[" + ",".join(f'"tcp/{bracketed(one)}:{ROUTER_PORT}"' for one in addresses) + "]"
-
-
-def bracketed(address: str) -> str:
-    """Returns an address as it stands before a port."""
-    ip = ip_of(address)
-    return f"[{address}]" if ip is not None and ip.version == 6 else address

@@ -114,4 +114,4 @@ def _server(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
         router = run_node(swarm, "rmw_zenoh_cpp", "rmw_zenohd")
         return "/usr/bin/env", f"ZENOH_CONFIG_OVERRIDE={override}", *router
     number, port = discovery.servers.index(host.name), graph_environment.SERVER_PORT
-    return "fastdds", "discovery", "-i", f"{number}", "-l", host.address, "-p", f"{port}"
+    return "fastdds", "discovery", "-i", f"{number}", "-l", host.ros_address, "-p", f"{port}"

@@ -21,7 +21,8 @@ def heading(swarm: Swarm) -> Text:
     if not filtered:
         return Text("security: off. Everybody may reach everything; this is what the swarm needs:")
     beside = f"; off in {hostlist.written(others)}" if others else ""
-    return Text(f"security: filtered in {hostlist.written(filtered)}{beside}")
+    level = "sealed" if swarm.overlay else "filtered"
+    return Text(f"security: {level} in {hostlist.written(filtered)}{beside}")
 
 
 def table(flows: Sequence[Flow]) -> Table:

@@ -141,14 +141,15 @@ def _discovery_params(swarm: Swarm, island: Island) -> Mapping[str, Any]:
     """How the master of ``island`` announces itself to the others."""
     settings = swarm.multimaster
     others = [other.hub for other in swarm.islands if other is not island]
-    multicast = any(one.multicast is not False for one in swarm.networks if island.hub in one.hosts)
+    networks = [] if swarm.overlay else swarm.networks  # WireGuard carries no multicast
+    multicast = any(one.multicast is not False for one in networks if island.hub in one.hosts)
     return {
         "name": island.hub,
         "mcast_group": settings.group,
         "mcast_port": settings.port,
         "send_mcast": multicast,
         "listen_mcast": multicast,
-        "robot_hosts": [swarm.hosts[hub].address for hub in settings.robot_hosts.get(island.hub, others)],
+        "robot_hosts": [swarm.hosts[hub].ros_address for hub in settings.robot_hosts.get(island.hub, others)],
         **_interface(swarm.hosts[island.hub]),
         "rpc_port": discovery_port(island),
         "rosmaster_hz": 1.0,
@@ -161,7 +162,7 @@ def _discovery_params(swarm: Swarm, island: Island) -> Mapping[str, Any]:
 
 def _interface(hub: Host) -> Mapping[str, Any]:
     """Where to send and listen: fkie uses ROS_IP, and on the hub its own name may resolve to 127.0.1.1."""
-    return {"interface": hub.address} if hub.advertised != hub.address else {}
+    return {"interface": hub.ros_address} if hub.advertised != hub.ros_address else {}
 
 
 def _sync_params(swarm: Swarm, incoming: Mapping[str, list[str]]) -> Mapping[str, Any]:

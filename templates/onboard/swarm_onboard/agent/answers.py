@@ -16,6 +16,7 @@ from .messages import (
     LeaseAnswer,
     ObserveAnswer,
     RemoveAnswer,
+    WireguardKeyAnswer,
 )
 from .motion_messages import MotionAnswer, RestartAnswer, StartAnswer, StopAnswer, TelemetryAnswer
 from .preparation_messages import BuildAnswer, FetchBuildAnswer, InventoryAnswer, PrepareAnswer
@@ -27,6 +28,7 @@ ANSWERS: Mapping[str, type] = {
     "observe": ObserveAnswer,
     "lease": LeaseAnswer,
     "host_list": HostListAnswer,
+    "wireguard_key": WireguardKeyAnswer,
     "apply": ApplyAnswer,
     "rollback": ApplyAnswer,
     "history": HistoryAnswer,

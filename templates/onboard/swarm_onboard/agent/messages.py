@@ -261,6 +261,19 @@ class HoldAnswer(TypedDict):
     units: dict[str, UnitState]
 
 
+class WireguardKeyRequest(TypedDict):
+    """The public WireGuard key of the host in a swarm; without a private one it makes one."""
+
+    verb: Literal["wireguard_key"]
+    swarm: str
+
+
+class WireguardKeyAnswer(TypedDict):
+    """The public key in base64."""
+
+    public: str
+
+
 class ConfirmNeeds(TypedDict):
     """The required keys of ``confirm`` and ``undo``."""
 

@@ -6,7 +6,17 @@ import os
 import shutil
 from contextlib import suppress
 
-from . import daemon_reload, files, record, recovery_unit, secrets, stop_latches, system_links, systemd
+from . import (
+    daemon_reload,
+    files,
+    record,
+    recovery_unit,
+    secrets,
+    stop_latches,
+    system_links,
+    systemd,
+    wireguard_key,
+)
 from .errors import FailedError
 from .failpoint import passed
 from .paths import AGENT_FOLDER
@@ -44,6 +54,7 @@ def withdraw(home: Home, who: str, note: Callable[[str], None] = lambda _: None)
     secrets.point(home, "")
     system_links.remove_folders(home)
     secrets.forget(home)
+    wireguard_key.forget(home)
     stop_latches.forget(home)
     passed("withdraw")
     daemon_reload.reload(home, system_links.daemons_of(changed))

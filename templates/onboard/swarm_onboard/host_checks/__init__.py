@@ -13,10 +13,11 @@ from swarm_onboard.agent.named_tuple import NamedTuple
 class Judged(NamedTuple):
     """What a check makes of a value: ``ok``, ``warning`` or ``bad``, and how to repair it.
 
-    ``about``: the part of the host, where a host has several.
+    ``about``: the part of the host, where a host has several; ``peer``: another host that it depends on.
     """
 
     state: str
     message: str
     hint: str = ""
     about: str = ""
+    peer: str = ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 
-from swarm_onboard.agent import lease, lock, motion_gate, recovery_unit, withdrawal
+from swarm_onboard.agent import lease, lock, motion_gate, recovery_unit, wireguard_key, withdrawal
 from swarm_onboard.agent.errors import FailedError
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
@@ -19,6 +19,7 @@ def handle(request: RemoveRequest, payload: bytes, report: Report) -> RemoveAnsw
     """Takes the swarm off the host. Raises ``RefusedError`` and ``FailedError``."""
     home = home_of(request["swarm"])
     if not os.path.isdir(home.path):
+        wireguard_key.forget(home)  # it is there before the first deploy
         return {"removed": False}
     with lease.held_for(home, request):
         manifest = home.known_manifest(home.current())

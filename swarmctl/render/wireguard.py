@@ -1,0 +1,58 @@
+"""The WireGuard of a host of a sealed swarm: its peers, and the unit that makes the interface. Pure.
+
+The peers of a host are those that its units exchange packets with. Each has one address, so that a packet's
+source proves the key of its sender. Sources: wg(8); Donenfeld, "WireGuard" (NDSS 2017), 2: cryptokey routing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.render import shipped_files
+from swarmctl.render.bundle import File, Part, Unit
+from swarmctl.render.quoting import render
+from swarmctl.render.service_values import service_values
+from swarmctl.swarm import names
+from swarmctl.swarm.addresses import bracketed, subnet_of
+from swarmctl.swarm.resolved import Host, Swarm
+
+PEERS = "wireguard/peers.conf"
+PORT = 51820
+MTU = 1420  # bytes: 1500 less 80 of WireGuard over IPv6
+_RESTART_DELAY = "bin/restart-delay"
+
+
+def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
+    """Yields the peers and the unit; nothing in a swarm that is not sealed."""
+    if not swarm.overlay:
+        return
+    peers = [swarm.hosts[name] for name in sorted(swarm.peers.get(host.name, ()))]
+    known = swarm.wireguard_keys
+    listed = [
+        {"name": one.name, "key": known[one.name], "at": one.ros_address, "endpoint": bracketed(one.address)}
+        for one in peers
+        if one.name in known
+    ]
+    text = render("peers.wireguard", port=PORT, peers=listed)
+    name = names.unit(swarm.name, names.WIREGUARD)
+    unit = render(
+        "wireguard.service",
+        **service_values(swarm, host),
+        interface=names.wireguard_interface(swarm.name),
+        address=f"{host.ros_address}/{subnet_of(swarm.overlay).prefixlen}",
+        mtu=MTU,
+        peers=PEERS,
+        runtime=names.runtime_folder(swarm.name, names.WIREGUARD),
+    )
+    program = (
+        File(f"units/{name}", unit, origin="security"),
+        *shipped_files.folder("tunnel"),
+        File(_RESTART_DELAY, shipped_files.text("os/restart-delay"), 0o755),
+    )
+    yield Part(
+        # It reads other peers while it runs: a host that joins interrupts no other.
+        (File(PEERS, text, origin="security"), *program),
+        (Unit(name, tuple(file.path for file in program)),),
+        requires={"wg": ("security",)},
+        unpinned=tuple(one.name for one in (host, *peers) if one.name not in known),
+    )

@@ -1,0 +1,1 @@
+"""The WireGuard interface of a host. Needs no ROS library."""

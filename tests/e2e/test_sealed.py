@@ -1,0 +1,132 @@
+"""`security: sealed` in a lab: ROS uses WireGuard, and the key of a host proves who sends."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+from swarmctl.cli import exit_codes
+from swarmctl.lab.hosts import network
+from swarmctl.lab.paths import lab_paths
+from swarmctl.spec import wireguard_keys
+from tests import ROOT
+from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, lab_of, namespace_of, until
+from tests.e2e.test_filtered import CONNECT, LOOKUP
+
+EXAMPLE = ROOT / "examples/paper-leader/swarm.yaml"
+UNIT = "swarm-newswarm.wireguard"
+KEY = "/etc/swarm/newswarm/wireguard.key"
+
+
+@pytest.fixture(scope="module")
+def lab(workplace: Path) -> Iterator[LabSwarm]:
+    """In a folder of its own: that of a lab has the connections to its hosts, by their names."""
+    folder = Path(tempfile.mkdtemp(prefix="sea-", dir=workplace))
+    text = EXAMPLE.read_text("utf-8")
+    spec = folder / "sealed.yaml"
+    spec.write_text(f"{text}security: sealed\n", "utf-8")
+    with lab_of(f"sea-{os.getpid()}", spec, folder) as swarm:
+        refused = swarm.deploy()
+        assert refused.status != 0
+        assert (
+            "the WireGuard keys of koala-laptop, epuck-pi, k3-pi are not pinned" in refused.out + refused.err
+        )
+        pinned = swarm.swarmctl("trust")
+        assert pinned.status == 0, pinned.out + pinned.err
+        run = swarm.deploy()
+        assert run.status == 0, run.out + run.err
+        yield swarm
+
+
+@pytest.fixture
+def sealed(lab: LabSwarm) -> LabSwarm:
+    """The swarm of the first paper, sealed and healthy."""
+    until(lambda: lab.swarmctl("status").status == exit_codes.OK, lambda: lab.swarmctl("status").out)
+    return lab
+
+
+def outside(swarm: LabSwarm, address: str, port: int) -> str:
+    """What a machine on the wlan that the spec does not declare gets from a port."""
+    argv = ["nsenter", f"--net={namespace_of(swarm)}", "python3", "-c", CONNECT, address, str(port)]
+    done = subprocess.run(argv, capture_output=True, text=True, check=False)
+    return done.stdout.strip() or done.stderr.splitlines()[-1]
+
+
+def ip(swarm: LabSwarm, host: str | None, command: str) -> None:
+    namespace = network.namespace_path(lab_paths(swarm.name), host)
+    subprocess.run(["ip", "-n", namespace.name, *command.split()], check=True, capture_output=True)
+
+
+@contextmanager
+def address_taken(swarm: LabSwarm, host: str) -> Iterator[None]:
+    """``host`` is cut off, and a machine on the wlan has both its addresses, and routes to those of ROS."""
+    own = [f"{swarm.hosts[host]}/24", f"{swarm.ros_addresses[host]}/16"]
+    swarm.cut(host)
+    try:
+        for one in own:
+            ip(swarm, None, f"address add {one} dev br0")
+        for one in (None, *swarm.hosts):
+            ip(swarm, one, "neighbour flush all")
+        yield
+    finally:
+        for one in own:
+            ip(swarm, None, f"address delete {one} dev br0")
+        swarm.join(host)
+        for one in (None, *swarm.hosts):
+            ip(swarm, one, "neighbour flush all")
+
+
+def test_nodes_are_in_wireguard_and_ssh_is_not(sealed: LabSwarm) -> None:
+    uri = urlsplit(sealed.shell("k3-pi", f'{SOURCE}; python3 -c "{LOOKUP}"').strip())
+    assert uri.hostname == sealed.ros_addresses["k3-pi"]
+    assert uri.port is not None
+    assert outside(sealed, sealed.hosts[LEADER], 22) == "open"
+    for host, port in ((LEADER, 11311), ("k3-pi", uri.port)):
+        assert outside(sealed, sealed.hosts[host], port) != "open"
+        argv = shlex.join(["python3", "-c", CONNECT, sealed.ros_addresses[host], str(port)])
+        assert sealed.shell("epuck-pi", argv).strip() == "open"
+
+
+@pytest.mark.parametrize(("taken", "to"), [("epuck-pi", LEADER), (LEADER, "k3-pi")])
+def test_who_takes_the_addresses_of_a_host_reaches_no_node(sealed: LabSwarm, taken: str, to: str) -> None:
+    """Of a robot's host, and of the master's and commander's."""
+    uri = urlsplit(sealed.shell("k3-pi", f'{SOURCE}; python3 -c "{LOOKUP}"').strip())
+    port = uri.port if to == "k3-pi" else 11311
+    assert port is not None
+    with address_taken(sealed, taken):
+        for address in (sealed.hosts[to], sealed.ros_addresses[to]):
+            assert outside(sealed, address, port) != "open"
+        assert outside(sealed, sealed.hosts[to], 22) == "open", "the address itself works"
+
+
+def test_a_private_key_is_for_root_of_its_host_alone(sealed: LabSwarm) -> None:
+    public = wireguard_keys.parse(lab_paths(sealed.name).wireguard_keys.read_bytes())
+    assert set(public) == set(sealed.hosts)
+    for host, key in public.items():
+        assert sealed.shell(host, f"sudo cat {KEY} | wg pubkey").strip() == key
+        assert sealed.shell(host, f"sudo stat -c '%a %U' {KEY}").strip() == "600 root"
+        assert sealed.shell(host, f"sudo grep -rlsF -f {KEY} /opt/swarm /var/log /run || true") == ""
+        private = sealed.shell(host, f"sudo cat {KEY}").strip().encode()
+        files = [one for one in sealed.folder.rglob("*") if one.is_file()]
+        assert not [one for one in files if private in one.read_bytes()], "on the operator's side"
+
+
+def test_a_host_without_wireguard_is_unhealthy(sealed: LabSwarm) -> None:
+    sealed.shell("k3-pi", f"sudo systemctl stop {UNIT}")
+    status = sealed.swarmctl("status")
+    assert status.status == exit_codes.UNHEALTHY
+    sealed.shell("k3-pi", f"sudo systemctl start {UNIT}")
+
+
+def test_the_swarm_drives_and_stands(sealed: LabSwarm) -> None:
+    with sealed.driving(LEADER, "k3", 0.1):
+        assert sealed.swarmctl("status").status == 0
+    sealed.seconds_to_standstill("k3")
