@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.links.link_base import Device, RobotLink
-from swarmctl.spec import keystore, model, wireguard_keys
+from swarmctl.spec import keystore, wireguard_keys
 from swarmctl.spec.load import Document
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.authority import Authority, commanded_by
@@ -50,7 +50,7 @@ def resolve(document: Document) -> Swarm:
         overlay=str(network_of(spec)) if spec.security == "sealed" else "",
         wireguard_keys=wireguard_keys.parse(content.get(wireguard_keys.path(spec.name), b"")),
         ipv6=spec.ros.ipv6,
-        hosts={name: _host(name, spec) for name in spec.hosts},
+        hosts={name: _host(name, index) for name in spec.hosts},
         robots=_robots(index),
         networks=_networks(index),
         islands=index.islands,
@@ -65,7 +65,8 @@ def resolve(document: Document) -> Swarm:
     )
 
 
-def _host(name: str, spec: model.Spec) -> Host:
+def _host(name: str, index: SwarmIndex) -> Host:
+    spec = index.spec
     given, defaults = spec.hosts[name], spec.defaults.host
     declared = given.model_fields_set | {
         key for key in ("user", "port") if getattr(defaults, key) is not None
@@ -73,7 +74,7 @@ def _host(name: str, spec: model.Spec) -> Host:
     return Host(
         name=name,
         address=given.address,
-        ros_address=ros_address(spec, name),
+        ros_address=ros_address(spec, name) if name in index.home else given.address,
         advertised=advertised(spec, name),
         user=given.user if "user" in given.model_fields_set or defaults.user is None else defaults.user,
         port=ssh_port(spec, name),

@@ -22,6 +22,7 @@ from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, lab_of, namespace_of, 
 from tests.e2e.test_filtered import CONNECT, LOOKUP
 
 EXAMPLE = ROOT / "examples/paper-leader/swarm.yaml"
+pytestmark = pytest.mark.skipif(not Path("/dev/net/tun").exists(), reason="needs /dev/net/tun")
 UNIT = "swarm-newswarm.wireguard"
 KEY = "/etc/swarm/newswarm/wireguard.key"
 

@@ -60,6 +60,18 @@ def test_ros_uses_wireguard_and_ssh_does_not(tmp_path: Path) -> None:
     assert {one.advertised for one in hosts} == {one.ros_address for one in hosts}
 
 
+def test_a_jump_host_keeps_its_address(tmp_path: Path) -> None:
+    """It runs no ROS, and no WireGuard."""
+    text = EXAMPLE.read_text("utf-8").replace("hosts:\n", "hosts:\n  gate: {address: 192.168.77.9}\n", 1)
+    path = tmp_path / "swarm.yaml"
+    text = text.replace("k3-pi: {address: 192.168.77.11,", "k3-pi: {address: 192.168.77.11, via: gate,")
+    path.write_text(f"{text}\nsecurity: sealed\n", "utf-8")
+    swarm, found = load_swarm(path)
+    assert swarm is not None, found
+    assert swarm.hosts["k3-pi"].via == "gate"
+    assert swarm.hosts["gate"].ros_address == "192.168.77.9"
+
+
 def test_names_stay_what_uris_contain(tmp_path: Path) -> None:
     text = EXAMPLE.read_text("utf-8")
     naming = "ros: {distro: noetic, naming: hosts}"
