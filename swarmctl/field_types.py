@@ -158,17 +158,6 @@ def _subnet(value: str) -> str:
     raise ValueError(f"`{value}` is not a subnet; write it like {meant}")
 
 
-MOST_OVERLAY_BITS = 20
-
-
-def _overlay(value: str) -> str:
-    """A subnet with many addresses: those of hosts follow from their names, and two may not have the same."""
-    network = ipaddress.ip_network(_subnet(value))
-    if network.version == 6 or network.prefixlen > MOST_OVERLAY_BITS:
-        raise ValueError(f"`{value}` is not an IPv4 subnet of 4096 addresses or more, like 10.200.0.0/16")
-    return value
-
-
 def _device_path(value: str) -> str:
     if not re.fullmatch(r"/dev/[A-Za-z0-9._/:+=@,~-]+", value, re.ASCII) or ".." in value.split("/"):
         raise ValueError(f"`{value}` is not a device path; write it like /dev/ttyS0")
@@ -270,7 +259,6 @@ RadioUri = Annotated[str, Field(examples=[_RADIO_EXAMPLE]), AfterValidator(_radi
 TimeServer = Annotated[str, Field(examples=["ntp.lab.example"]), AfterValidator(_time_server)]
 Mac = Annotated[str, Field(examples=["10:00:e8:c5:64:37"]), AfterValidator(_mac)]
 Subnet = Annotated[str, Field(examples=["192.168.77.0/24"]), AfterValidator(_subnet)]
-Overlay = Annotated[str, Field(examples=["10.200.0.0/16"]), AfterValidator(_overlay)]
 Folder = Annotated[str, matching(
     r"^(/[A-Za-z0-9_][A-Za-z0-9._-]*)+$", "write the whole path of the folder, like /home/robot/catkin_ws",
     max_length=255, examples=["/home/robot/catkin_ws"],

@@ -20,7 +20,6 @@ from swarmctl.field_types import (
     Model,
     Name,
     Namespace,
-    Overlay,
     PackageName,
     Port,
     Printable,
@@ -42,6 +41,7 @@ from swarmctl.spec.delivered_model import PackageSource
 from swarmctl.spec.host_login import PORT, USER
 from swarmctl.spec.install_model import Install
 from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.overlay_model import Overlay
 from swarmctl.spec.program_model import Megabytes, Program
 from swarmctl.spec.ros_model import Ros
 from swarmctl.text_patterns import matching

@@ -16,6 +16,7 @@ from tests.attacks.table import Attack, Verdict, judged
 from tests.attacks.world import HOST, PROOF, ROBOT, Observer, World
 from tests.e2e.dead_man import Page, signalled
 from tests.e2e.lab_swarm import HOME, LEADER, moves
+from tests.e2e.ros_addresses import ros_addresses
 from tests.timing import PATIENCE, wait_for, withheld
 
 ATTACKS = (
@@ -178,7 +179,7 @@ def carried_out(observer: Observer, attack: Attack, position: Position) -> tuple
 
 
 def _facts(observer: Observer, world: World, topics: int) -> Mapping[str, Any]:
-    hosts = observer.swarm.ros_addresses
+    hosts = ros_addresses(observer.swarm)
     return {
         "master": observer.master,
         "driver": world.graph["driver"],

@@ -15,6 +15,7 @@ from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
 from tests.attacks.world import HOST
 from tests.e2e.lab_swarm import LEADER, LabSwarm, namespace_of, quoted
+from tests.e2e.ros_addresses import ros_addresses
 
 INTRUDER = Path(__file__).with_name("intruder.py")
 AWAY = "epuck-pi"  # cut off while another machine has its address; in d it is the host that is compromised
@@ -58,7 +59,7 @@ def _on(host: str, account: str) -> Argv:
 
 
 def _own_of(host: str) -> Callable[[LabSwarm], str]:
-    return lambda swarm: swarm.ros_addresses[host]
+    return lambda swarm: ros_addresses(swarm)[host]
 
 
 def _foreign(swarm: LabSwarm) -> str:
@@ -69,7 +70,7 @@ def _foreign(swarm: LabSwarm) -> str:
 @contextmanager
 def _routes(swarm: LabSwarm) -> Iterator[None]:
     """The machine outside sends to the addresses of ROS, whichever they are, on the wlan."""
-    routes = [f"{one}/32" for one in swarm.ros_addresses.values() if one not in swarm.hosts.values()]
+    routes = [f"{one}/32" for one in ros_addresses(swarm).values() if one not in swarm.hosts.values()]
     for one in routes:
         _ip(swarm, None, f"route add {one} dev br0")
     try:
@@ -82,7 +83,7 @@ def _routes(swarm: LabSwarm) -> Iterator[None]:
 @contextmanager
 def _address_taken(swarm: LabSwarm) -> Iterator[None]:
     """``AWAY`` is cut off the network, and the machine outside has its addresses."""
-    addresses = dict.fromkeys((f"{swarm.hosts[AWAY]}/24", f"{swarm.ros_addresses[AWAY]}/24"))
+    addresses = dict.fromkeys((f"{swarm.hosts[AWAY]}/24", f"{ros_addresses(swarm)[AWAY]}/24"))
     with _routes(swarm):
         swarm.cut(AWAY)
         for one in addresses:

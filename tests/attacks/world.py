@@ -11,6 +11,7 @@ from typing import Any
 
 from swarmctl.swarm.ports import USUAL_MASTER
 from tests.e2e.lab_swarm import HOME, LEADER, SWARM, LabSwarm, SshError, quoted
+from tests.e2e.ros_addresses import ros_addresses
 from tests.timing import wait_for
 
 HOST = "k3-pi"  # with the robot that is attacked
@@ -74,7 +75,7 @@ class Observer:
 
     def __init__(self, swarm: LabSwarm) -> None:
         self.swarm = swarm
-        self.master = f"http://{swarm.ros_addresses[LEADER]}:{USUAL_MASTER}/"
+        self.master = f"http://{ros_addresses(swarm)[LEADER]}:{USUAL_MASTER}/"
 
     def look(self) -> World:
         """Waits for a master that answers: it may have been restarted just now."""

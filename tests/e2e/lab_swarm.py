@@ -105,13 +105,6 @@ class LabSwarm:
         self.swarm = found
         self.ros: RosCommands = Ros1() if has_master(found.distro) else Ros2()
 
-    @property
-    def ros_addresses(self) -> Mapping[str, str]:
-        """By host, the address that ROS uses there."""
-        found, _ = load_swarm(self.deployed or self.spec)
-        assert found is not None
-        return {host.name: host.ros_address for host in found.hosts.values()}
-
     def ros_on(self, host: str) -> RosCommands:
         """The commands of the ROS of ``host``, which may be in no island."""
         found = [one for one in self.swarm.islands if host in one.hosts]

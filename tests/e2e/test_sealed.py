@@ -18,8 +18,9 @@ from swarmctl.lab.hosts import network
 from swarmctl.lab.paths import lab_paths
 from swarmctl.spec import wireguard_keys
 from tests import ROOT
-from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, lab_of, namespace_of, until
-from tests.e2e.test_filtered import CONNECT, LOOKUP
+from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, lab_of, until
+from tests.e2e.ros_addresses import ros_addresses
+from tests.e2e.test_filtered import CONNECT, LOOKUP, foreign
 
 EXAMPLE = ROOT / "examples/paper-leader/swarm.yaml"
 pytestmark = pytest.mark.skipif(not Path("/dev/net/tun").exists(), reason="needs /dev/net/tun")
@@ -54,13 +55,6 @@ def sealed(lab: LabSwarm) -> LabSwarm:
     return lab
 
 
-def outside(swarm: LabSwarm, address: str, port: int) -> str:
-    """What a machine on the wlan that the spec does not declare gets from a port."""
-    argv = ["nsenter", f"--net={namespace_of(swarm)}", "python3", "-c", CONNECT, address, str(port)]
-    done = subprocess.run(argv, capture_output=True, text=True, check=False)
-    return done.stdout.strip() or done.stderr.splitlines()[-1]
-
-
 def ip(swarm: LabSwarm, host: str | None, command: str) -> None:
     namespace = network.namespace_path(lab_paths(swarm.name), host)
     subprocess.run(["ip", "-n", namespace.name, *command.split()], check=True, capture_output=True)
@@ -69,7 +63,7 @@ def ip(swarm: LabSwarm, host: str | None, command: str) -> None:
 @contextmanager
 def address_taken(swarm: LabSwarm, host: str) -> Iterator[None]:
     """``host`` is cut off, and a machine on the wlan has both its addresses, and routes to those of ROS."""
-    own = [f"{swarm.hosts[host]}/24", f"{swarm.ros_addresses[host]}/16"]
+    own = [f"{swarm.hosts[host]}/24", f"{ros_addresses(swarm)[host]}/16"]
     swarm.cut(host)
     try:
         for one in own:
@@ -87,12 +81,12 @@ def address_taken(swarm: LabSwarm, host: str) -> Iterator[None]:
 
 def test_nodes_are_in_wireguard_and_ssh_is_not(sealed: LabSwarm) -> None:
     uri = urlsplit(sealed.shell("k3-pi", f'{SOURCE}; python3 -c "{LOOKUP}"').strip())
-    assert uri.hostname == sealed.ros_addresses["k3-pi"]
+    assert uri.hostname == ros_addresses(sealed)["k3-pi"]
     assert uri.port is not None
-    assert outside(sealed, sealed.hosts[LEADER], 22) == "open"
+    assert foreign(sealed, sealed.hosts[LEADER], 22) == "open"
     for host, port in ((LEADER, 11311), ("k3-pi", uri.port)):
-        assert outside(sealed, sealed.hosts[host], port) != "open"
-        argv = shlex.join(["python3", "-c", CONNECT, sealed.ros_addresses[host], str(port)])
+        assert foreign(sealed, sealed.hosts[host], port) != "open"
+        argv = shlex.join(["python3", "-c", CONNECT, ros_addresses(sealed)[host], str(port)])
         assert sealed.shell("epuck-pi", argv).strip() == "open"
 
 
@@ -103,9 +97,9 @@ def test_who_takes_the_addresses_of_a_host_reaches_no_node(sealed: LabSwarm, tak
     port = uri.port if to == "k3-pi" else 11311
     assert port is not None
     with address_taken(sealed, taken):
-        for address in (sealed.hosts[to], sealed.ros_addresses[to]):
-            assert outside(sealed, address, port) != "open"
-        assert outside(sealed, sealed.hosts[to], 22) == "open", "the address itself works"
+        for address in (sealed.hosts[to], ros_addresses(sealed)[to]):
+            assert foreign(sealed, address, port) != "open"
+        assert foreign(sealed, sealed.hosts[to], 22) == "open", "the address itself works"
 
 
 def test_a_private_key_is_for_root_of_its_host_alone(sealed: LabSwarm) -> None:
