@@ -77,6 +77,20 @@ _BRING = (
         example="trust swarm.yaml",
     ),
     Verb(
+        "rekey",
+        "Give the hosts of a sealed swarm new WireGuard keys; the old ones are worth nothing then.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="rekey swarm.yaml",
+    ),
+    Verb(
+        "expel",
+        "Retire the WireGuard keys of a lost host on all others, at once and for good.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        example="expel swarm.yaml k3-pi",
+    ),
+    Verb(
         "keys",
         "Make the keys of SROS 2 that are missing, and sign permissions that have changed.",
         example="keys swarm.yaml",

@@ -231,4 +231,10 @@ def swarm_of(document: Document, lab: str = "") -> Swarm:
         from swarmctl.lab.lab_wireguard_keys import keys_of
 
         swarm = replace(swarm, wireguard_keys=keys_of(lab))
+    if swarm.expelled:  # the others do without them
+        hosts = {
+            name: replace(one, optional=one.optional or name in swarm.expelled)
+            for name, one in swarm.hosts.items()
+        }
+        swarm = replace(swarm, hosts=hosts)
     return with_builds(swarm, lab)

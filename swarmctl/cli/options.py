@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -147,16 +148,30 @@ def in_lab(lab: bool, lab_name: str) -> bool:
 
 def lab_of(document: Document, lab: bool, lab_name: str) -> str:
     """The name of the lab that the options mean; empty for the real hosts."""
-    return lab_name or document.spec.name if in_lab(lab, lab_name) else ""
+    return lab_named(document.spec.name, lab, lab_name)
+
+
+def lab_named(swarm: str, lab: bool, lab_name: str) -> str:
+    """The name of the lab that the options mean for a swarm; empty for the real hosts."""
+    return lab_name or swarm if in_lab(lab, lab_name) else ""
 
 
 def targets(spec: SpecFiles, swarm: NamedHosts, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
     """The SSH target of each host. With ``lab``, this process enters the network namespace of the lab."""
-    return (
+    from swarmctl.cli import pin_file
+
+    found = (
         _lab_targets(lab_name or swarm.name, spec, swarm)
         if in_lab(lab, lab_name)
         else _real_targets(spec, swarm)
     )
+    expelled = pin_file.expelled(spec, swarm.name, lab_named(swarm.name, lab, lab_name))
+    return {name: _without(expelled, target) for name, target in found.items()} if expelled else found
+
+
+def _without(expelled: Collection[str], target: Target) -> Target:
+    jump = _without(expelled, target.jump) if target.jump is not None else None
+    return replace(target, expelled=target.host in expelled, jump=jump)
 
 
 def secrets(spec: SpecFiles, wanted: Mapping[str, Bundle]) -> Mapping[str, str]:

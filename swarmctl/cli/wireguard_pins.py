@@ -1,13 +1,12 @@
-"""The pinned WireGuard keys of the hosts: in NAME.wireguard beside the spec, those of a lab in its folder."""
+"""Pins the WireGuard keys of hosts: the first of each, and with ``--replace`` another one."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from swarmctl.cli import console, file_writes, options
-from swarmctl.spec import wireguard_keys
+from swarmctl.cli import console, options, pin_file
 
 if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
@@ -32,29 +31,43 @@ def pin(
     lab: bool,
     lab_name: str,
 ) -> Pins:
-    """Fetches the keys of ``hosts`` over SSH and pins the new ones, and changed ones of ``replaceable``."""
+    """Fetches the keys of ``hosts`` over SSH and pins the new ones, and changed ones of ``replaceable``.
+
+    A key that another one takes the place of is retired. Expelled hosts are left out unless replaceable.
+    """
+    from swarm_onboard.tunnel.keys import line
+
     from swarmctl.cli.ssh_targets import transport
-    from swarmctl.deploy.public_keys import public_keys
-    from swarmctl.lab.paths import lab_paths
-    from swarmctl.remote.transport import HostError
+    from swarmctl.deploy.public_keys import exchanged
+    from swarmctl.remote.transport import HostError, Kind
     from swarmctl.yamltext import hostlist
 
+    pins = pin_file.read(spec, swarm.name, options.lab_named(swarm.name, lab, lab_name))
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    found = public_keys(swarm.name, [targets[one] for one in hosts], transport())
-    keys = {host: key for host, key in found.items() if not isinstance(key, HostError)}
-    path = spec.first.parent / wireguard_keys.path(swarm.name)
-    if options.in_lab(lab, lab_name):
-        path = lab_paths(lab_name or swarm.name).wireguard_keys
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        content = b""
-    except OSError as error:
-        console.fail(f"{path} cannot be read: {error.strerror}", "what cannot be read is not replaced")
-    known = wireguard_keys.parse(content)
-    changed = [host for host, key in keys.items() if known.get(host, key) != key and host not in replaceable]
-    fresh = {host: key for host, key in keys.items() if known.get(host) != key and host not in changed}
+    before = pins.keys
+    wanted = {
+        host: replace(targets[host], expelled=targets[host].expelled and host not in replaceable)
+        for host in hosts
+        if host in before.live or host not in before.retired or host in replaceable
+    }
+    found = exchanged(swarm.name, {host: {} for host in wanted}, wanted, transport())
+    keys = {host: one["public"] for host, one in found.items() if not isinstance(one, HostError)}
+    failed = {host: one for host, one in found.items() if isinstance(one, HostError)}
+    changed, fresh, lines = [], [], ""
+    for host, key in keys.items():
+        pinned = before.live.get(host, ())
+        if key in before.retired.get(host, ()):
+            failed[host] = HostError(
+                Kind.REFUSED,
+                f"{host}: its WireGuard key is retired for good",
+                f"on {host}, remove /etc/swarm/{swarm.name}/wireguard.key; then run the same command again",
+            )
+        elif pinned and key not in pinned and host not in replaceable:
+            changed.append(host)
+        elif key not in pinned:
+            fresh.append(host)
+            lines += line(host, key) + "".join(line(host, old, retired=True) for old in pinned)
+    pins.add(lines)
     if fresh:
-        file_writes.replace(path, wireguard_keys.pinned(content, fresh))
-        console.out().print(f"pinned the WireGuard keys of {hostlist.written(fresh)} in {path}")
-    return Pins(tuple(changed), {host: one for host, one in found.items() if isinstance(one, HostError)})
+        console.out().print(f"pinned the WireGuard keys of {hostlist.written(fresh)} in {pins.path}")
+    return Pins(tuple(changed), failed)

@@ -202,6 +202,8 @@ class HostTransaction:
             "secrets": len(values),
             "stop_robots": self.stop_robots,
         }
+        if plan.targets(Kind.KEY):
+            request["wireguard_keys"] = self.bundle.wireguard_keys
         archive = agent_client.pack(
             self.bundle.manifest_bytes,
             {file.path: (file.content, file.mode) for file in self.bundle.files if file.digest not in kept},

@@ -40,6 +40,8 @@ def observe_host(
         request["requires"] = list(bundle.asks)
     if bundle.wants:
         request["wants"] = list(bundle.wants)
+    if bundle.wireguard_keys:
+        request["wireguard_keys"] = bundle.wireguard_keys
     offered = b""
     if bundle.secrets:
         request["secrets"] = list(bundle.secrets)

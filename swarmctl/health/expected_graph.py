@@ -106,6 +106,7 @@ class ExpectedGraph:
 
     ``addresses`` maps each island to what may stand for a host in the URIs of its nodes. ``simulated_time``:
     nodes take their time from /clock. ``program_topics``: what programs of any host declare to publish.
+    ``expelled``: hosts whose keys of WireGuard are retired.
     """
 
     swarm: str
@@ -114,6 +115,7 @@ class ExpectedGraph:
     addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     simulated_time: bool = False
     program_topics: tuple[str, ...] = ()
+    expelled: frozenset[str] = frozenset()
 
     @property
     def robots(self) -> tuple[ExpectedRobot, ...]:
@@ -140,6 +142,7 @@ def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGra
         places,
         swarm.use_sim_time,
         topics,
+        swarm.expelled,
     )
 
 

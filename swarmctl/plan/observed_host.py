@@ -52,7 +52,8 @@ class Observed:
     ``uploaded``: digests of the files that an upload which ended early has left; ``edits``: of what people
     have edited on the host, by path; ``edit_texts``: those texts, as far as the host sent them;
     ``clock_ahead``: s by which its clock is ahead of this machine's; ``foreign_units``: named as units of the
-    swarm, and of no release; ``host_list``: its list of the swarm's hosts.
+    swarm, and of no release; ``host_list``: its list of the swarm's hosts; ``unknown_keys``: hosts of which
+    it does not know a WireGuard key, or not that it is retired.
     """
 
     digest: str | None = None
@@ -72,6 +73,7 @@ class Observed:
     clock_ahead: float = 0.0
     foreign_units: tuple[str, ...] = ()
     host_list: HostListState | None = None
+    unknown_keys: tuple[str, ...] = ()
 
     @property
     def last_txid(self) -> str:
@@ -141,6 +143,7 @@ def from_answer(answer: ObserveAnswer, bundle: Bundle, *, received: float) -> Ob
         clock_ahead=answer["facts"]["time"] - received,
         foreign_units=tuple(answer.get("foreign_units", ())),
         host_list=answer.get("host_list"),
+        unknown_keys=tuple(answer.get("wireguard_keys", ())),
     )
 
 

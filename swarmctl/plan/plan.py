@@ -15,6 +15,7 @@ class Kind(str, Enum):
     """What a step does, in execution order."""
 
     SECRET = "secret"
+    KEY = "key"
     CREATE = "create"
     UPDATE = "update"
     DELETE = "delete"

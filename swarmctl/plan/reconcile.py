@@ -40,10 +40,11 @@ def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> Host
         for name, state in observed.secrets.items()
         if state in _SECRETS
     ]
+    keys = [Step(Kind.KEY, name, "its WireGuard keys have changed") for name in observed.unknown_keys]
     files = list(_file_steps(bundle, observed))
     system = list(_link_steps(bundle, observed)) + list(_block_steps(bundle, observed))
     units = list(_unit_steps(bundle, observed))
-    steps = [*secrets, *files, *(step for step in units if step.kind is Kind.STOP)]
+    steps = [*secrets, *keys, *files, *(step for step in units if step.kind is Kind.STOP)]
     never_part = observed.digest is None and not bundle.files
     if files or (observed.digest != bundle.digest and not never_part) or observed.unfinished:
         steps.append(_activation(bundle, observed))

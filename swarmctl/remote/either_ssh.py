@@ -82,6 +82,12 @@ class EitherSsh:
         return self._try(target, lambda: self._paramiko.scan(target), lambda: self._openssh().scan(target))
 
     def _try(self, target: Target, paramiko: Callable[[], R], openssh: Callable[[], R]) -> R:
+        if expelled := next((one.host for one in target.way() if one.expelled), ""):
+            raise HostError(
+                Kind.UNREACHABLE,
+                f"{expelled} was expelled from the swarm, and swarmctl does not log in to it",
+                f"remove it from the spec; or set it up anew: `swarmctl trust --host {expelled} --replace`",
+            )
         if self._choice is Choice.PARAMIKO:
             return paramiko()
         if self._choice is Choice.OPENSSH:

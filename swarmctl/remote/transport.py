@@ -66,6 +66,7 @@ class Target:
     """How to reach one host.
 
     ``keys`` are the pinned public host keys, ``"ssh-ed25519 AAAA..."`` each. Keys in ``revoked`` are refused.
+    swarmctl connects to no host that is ``expelled``, nor through one.
     ``proxy_command`` leads to the host instead of a TCP connection, and ``ssh_only`` has the options of
     ``~/.ssh/config`` that concern the login and that only the program ``ssh`` knows.
     """
@@ -80,6 +81,7 @@ class Target:
     revoked: tuple[str, ...] = ()
     proxy_command: str = ""
     ssh_only: tuple[str, ...] = ()
+    expelled: bool = False
 
     def way(self) -> Iterator[Target]:
         """The host and the hosts that it is reached through."""

@@ -110,7 +110,8 @@ class Part:
     workspaces; both have by requirement the entries of the spec that need it: ``robots.k3``;
     ``platform`` is the one that its compiled packages are for, empty without any, and ``unbuilt`` names
     packages whose build is missing; ``enclaves`` are those of SROS 2 in which its units run;
-    ``unpinned`` names the hosts whose WireGuard key it needs and the spec does not have.
+    ``wireguard_keys`` has the public keys that the host must know, in lines of ``swarm_onboard.tunnel.keys``,
+    and ``unpinned`` the hosts whose key it needs and the spec does not have.
     """
 
     files: tuple[File, ...] = ()
@@ -125,6 +126,7 @@ class Part:
     platform: str = ""
     unbuilt: tuple[str, ...] = ()
     enclaves: tuple[Enclave, ...] = ()
+    wireguard_keys: str = ""
     unpinned: tuple[str, ...] = ()
 
 

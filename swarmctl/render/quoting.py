@@ -146,11 +146,6 @@ def chrony(value: Any) -> str:
     return _fitting(value, r"[A-Za-z0-9:./-]+", "cannot stand in chrony.conf")
 
 
-def wireguard(value: Any) -> str:
-    """Returns a name, a key, an address with a port or a number in a file of wg(8)."""
-    return _fitting(value, r"[][A-Za-z0-9+/=.:-]+", "cannot stand in a file of wg")
-
-
 def nft(value: Any) -> str:
     """Returns a number, an address, a name or a range of nft(8), which need no quotes."""
     return _fitting(value, r"[$]?[A-Za-z0-9_.:/-]+", "cannot stand in rules of nft")
@@ -204,7 +199,6 @@ LITERALS: dict[str, Callable[[Any], str]] = {
     ".chrony": chrony,
     ".conf": section,
     ".nft": nft,
-    ".wireguard": wireguard,
     ".yaml": scalar,
     ".h": c,
 }

@@ -1,12 +1,18 @@
 """The WireGuard of a host of a sealed swarm: its peers, and the unit that makes the interface. Pure.
 
 The peers of a host are those that its units exchange packets with. Each has one address, so that a packet's
-source proves the key of its sender. Sources: wg(8); Donenfeld, "WireGuard" (NDSS 2017), 2: cryptokey routing.
+source proves the key of its sender. Keys are no part of a release: the host keeps those that it knows, so
+that a rollback brings back none that was retired. Sources: wg(8); Donenfeld, "WireGuard" (NDSS 2017), 2:
+cryptokey routing.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
+
+from swarm_onboard.tunnel.keys import lines_of
+from swarm_onboard.tunnel.peers import PEERS
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
@@ -16,7 +22,6 @@ from swarmctl.swarm import names
 from swarmctl.swarm.addresses import bracketed, subnet_of
 from swarmctl.swarm.resolved import Host, Swarm
 
-PEERS = "wireguard/peers.conf"
 PORT = 51820
 MTU = 1420  # bytes: 1500 less 80 of WireGuard over IPv6
 _RESTART_DELAY = "bin/restart-delay"
@@ -27,13 +32,10 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
     if not swarm.overlay:
         return
     peers = [swarm.hosts[name] for name in sorted(swarm.peers.get(host.name, ()))]
-    known = swarm.wireguard_keys
     listed = [
-        {"name": one.name, "key": known[one.name], "at": one.ros_address, "endpoint": bracketed(one.address)}
-        for one in peers
-        if one.name in known
+        {"name": one.name, "address": one.ros_address, "endpoint": bracketed(one.address)} for one in peers
     ]
-    text = render("peers.wireguard", port=PORT, peers=listed)
+    text = json.dumps({"port": PORT, "peers": listed}, indent=1) + "\n"
     name = names.unit(swarm.name, names.WIREGUARD)
     unit = render(
         "wireguard.service",
@@ -51,8 +53,11 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
     )
     yield Part(
         # It reads other peers while it runs: a host that joins interrupts no other.
-        (File(PEERS, text, origin="security"), *program),
+        (File(PEERS, text.encode(), origin="security"), *program),
         (Unit(name, tuple(file.path for file in program)),),
         requires={"wg": ("security",)},
-        unpinned=tuple(one.name for one in (host, *peers) if one.name not in known),
+        wireguard_keys=lines_of(swarm.wireguard_keys, (host.name, *(one.name for one in peers))),
+        unpinned=tuple(
+            one.name for one in (host, *peers) if one.name not in {*swarm.keys.live, *swarm.expelled}
+        ),
     )

@@ -48,7 +48,7 @@ def resolve(document: Document) -> Swarm:
         sros2=spec.ros.sros2,
         keystore={path: content[path] for path in keystore.paths(spec) if path in content},
         overlay=str(network_of(spec)) if spec.security == "sealed" else "",
-        wireguard_keys=wireguard_keys.parse(content.get(wireguard_keys.path(spec.name), b"")),
+        wireguard_keys=wireguard_keys.text_of(content.get(wireguard_keys.path(spec.name), b"")),
         ipv6=spec.ros.ipv6,
         hosts={name: _host(name, index) for name in spec.hosts},
         robots=_robots(index),

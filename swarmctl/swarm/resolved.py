@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
 
+from swarm_onboard.tunnel.keys import Keys
+
 from swarmctl.links.ip_link import IpLink
 from swarmctl.links.link_base import Device, RobotLink
 from swarmctl.robot_types.any_robot_type import AnyRobotType
@@ -315,7 +317,7 @@ class Swarm:
     keystore: Mapping[str, bytes] = field(default_factory=dict, repr=False)  # by path from the spec's folder
     ipv6: bool = False
     overlay: str = ""  # the network of its WireGuard, if it is sealed
-    wireguard_keys: Mapping[str, str] = field(default_factory=dict, repr=False)  # public ones, by host
+    wireguard_keys: str = field(default="", repr=False)  # public ones, in lines of swarm_onboard.tunnel.keys
 
     @cached_property
     def received(self) -> Mapping[str, Mapping[str, Mapping[str, str]]]:
@@ -330,6 +332,16 @@ class Swarm:
     def carriers(self) -> frozenset[str]:
         """The islands whose hubs carry bridged topics."""
         return carriers(self.islands, self.bridges)
+
+    @cached_property
+    def keys(self) -> Keys:
+        """The public WireGuard keys of its hosts."""
+        return Keys(self.wireguard_keys)
+
+    @cached_property
+    def expelled(self) -> frozenset[str]:
+        """The hosts whose every WireGuard key is retired."""
+        return frozenset(self.hosts.keys() & self.keys.retired.keys() - self.keys.live.keys())
 
     @cached_property
     def peers(self) -> Mapping[str, frozenset[str]]:

@@ -19,6 +19,7 @@ from swarmctl.yamltext import hostlist
 
 _GLYPH = {
     Kind.SECRET: ("*", "cyan"),
+    Kind.KEY: ("*", "cyan"),
     Kind.CREATE: ("+", "green"),
     Kind.UPDATE: ("~", "yellow"),
     Kind.DELETE: ("-", "red"),

@@ -31,6 +31,8 @@ NEXT = {
     "lab fault": ["status --lab"],
     "lab repair": ["status --lab"],
     "trust": ["plan"],
+    "rekey": ["status"],
+    "expel": ["graph --impact"],
     "keys": ["plan"],
     "prepare": ["deploy", "prepare"],
     "plan": ["trust", "prepare", "deploy", "status"],

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent.messages import WireguardKeyAnswer
+from swarm_onboard.tunnel.keys import Keys
 
 from swarmctl.cli import exit_codes, options
 from swarmctl.cli.verbs import trust
 from swarmctl.deploy import public_keys
 from swarmctl.lab import paths
 from swarmctl.remote.transport import HostError, Kind, Target
-from swarmctl.spec.wireguard_keys import parse
 from tests import ROOT, in_process
 
 HOSTS = ("koala-laptop", "k3-pi", "epuck-pi")
@@ -29,18 +30,24 @@ class Answers:
     def __init__(self) -> None:
         self.by_host: dict[str, str | HostError] = {name: key(number) for number, name in enumerate(HOSTS)}
 
-    def public_keys(
-        self, _swarm: str, targets: Collection[Target], _transport: object
-    ) -> Mapping[str, str | HostError]:
-        return {one.host: self.by_host[one.host] for one in targets}
+    def exchanged(
+        self, _swarm: str, requests: Mapping[str, object], targets: Mapping[str, Target], _transport: object
+    ) -> Mapping[str, WireguardKeyAnswer | HostError]:
+        assert not [one for one in requests if targets[one].expelled]
+        found = {host: self.by_host[host] for host in requests}
+        return {
+            host: one if isinstance(one, HostError) else {"public": one, "next": ""}
+            for host, one in found.items()
+        }
 
 
 @pytest.fixture
 def answers(monkeypatch: pytest.MonkeyPatch) -> Answers:
     made = Answers()
     targets = {name: Target(name, "192.168.77.1", "robot", 22, (), ()) for name in HOSTS}
-    monkeypatch.setattr(public_keys, "public_keys", made.public_keys)
-    monkeypatch.setattr(options, "targets", lambda *_, **__: targets)
+    monkeypatch.setattr(public_keys, "exchanged", made.exchanged)
+    monkeypatch.setattr(options, "_real_targets", lambda *_: targets)
+    monkeypatch.setattr(options, "_lab_targets", lambda *_: targets)
     monkeypatch.setattr(
         trust, "_pin_ssh", lambda _spec, swarm, host, **__: (host or list(swarm.hosts), {}, [])
     )
@@ -55,8 +62,12 @@ def spec(tmp_path: Path) -> Path:
     return path
 
 
+def keys_in(path: Path) -> Keys:
+    return Keys(path.read_text("utf-8"))
+
+
 def pinned(spec: Path) -> Mapping[str, str]:
-    return parse(spec.with_name("newswarm.wireguard").read_bytes())
+    return {host: key for host, (key,) in keys_in(spec.with_name("newswarm.wireguard")).live.items()}
 
 
 def test_new_keys_are_pinned_beside_the_spec(answers: Answers, spec: Path) -> None:
@@ -76,6 +87,22 @@ def test_a_changed_key_is_pinned_only_when_it_is_named(answers: Answers, spec: P
     assert pinned(spec)["k3-pi"] == key(1)
     in_process.swarmctl("trust", str(spec), "--host", "k3-pi", "--replace")
     assert [pinned(spec)[host] for host in HOSTS] == [key(0), key(7), key(2)]
+    assert keys_in(spec.with_name("newswarm.wireguard")).retired == {"k3-pi": (key(1),)}
+    answers.by_host["k3-pi"] = key(1)
+    stolen = in_process.swarmctl("trust", str(spec), "--host", "k3-pi", "--replace")
+    assert stolen.stderr.startswith("k3-pi  refused: its WireGuard key is retired for good")
+    assert (stolen.returncode != 0, pinned(spec)["k3-pi"]) == (True, key(7))
+
+
+def test_an_expelled_host_is_trusted_again_only_by_name(answers: Answers, spec: Path) -> None:
+    in_process.swarmctl("trust", str(spec))
+    file = spec.with_name("newswarm.wireguard")
+    file.write_text(file.read_text("utf-8") + f"k3-pi {key(1)} retired\n", "utf-8")
+    answers.by_host["k3-pi"] = key(7)
+    assert in_process.swarmctl("trust", str(spec)).returncode == 0
+    assert set(pinned(spec)) == {"koala-laptop", "epuck-pi"}
+    assert in_process.swarmctl("trust", str(spec), "--host", "k3-pi", "--replace").returncode == 0
+    assert pinned(spec)["k3-pi"] == key(7)
 
 
 def test_a_file_that_cannot_be_read_is_not_replaced(answers: Answers, spec: Path) -> None:
@@ -101,5 +128,6 @@ def test_a_lab_has_keys_of_its_own(
     paths.lab_paths("mine").directory.mkdir(parents=True)
     done = in_process.swarmctl("trust", str(spec), "--lab-name", "mine")
     assert done.returncode == 0, done.stderr
-    assert parse(paths.lab_paths("mine").wireguard_keys.read_bytes()) == answers.by_host
+    found = keys_in(paths.lab_paths("mine").wireguard_keys).live
+    assert found == {host: (key,) for host, key in answers.by_host.items()}
     assert not spec.with_name("newswarm.wireguard").exists()

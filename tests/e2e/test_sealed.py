@@ -12,13 +12,13 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from swarm_onboard.tunnel.keys import Keys
 
 from swarmctl.cli import exit_codes
 from swarmctl.lab.hosts import network
 from swarmctl.lab.paths import lab_paths
-from swarmctl.spec import wireguard_keys
 from tests import ROOT
-from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, lab_of, until
+from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, lab_of, moves, until
 from tests.e2e.ros_addresses import ros_addresses
 from tests.e2e.test_filtered import CONNECT, LOOKUP, foreign
 
@@ -53,6 +53,18 @@ def sealed(lab: LabSwarm) -> LabSwarm:
     """The swarm of the first paper, sealed and healthy."""
     until(lambda: lab.swarmctl("status").status == exit_codes.OK, lambda: lab.swarmctl("status").out)
     return lab
+
+
+def keys_of(swarm: LabSwarm) -> Keys:
+    return Keys(lab_paths(swarm.name).wireguard_keys.read_text("utf-8"))
+
+
+def reaches(swarm: LabSwarm, host: str, other: str) -> bool:
+    """Whether a node on ``other``, whose host gives its port, accepts a connection from ``host``."""
+    find = "ss -Hltn | awk '{print $4}' | grep -o '[0-9]*$' | sort -n | tail -1"
+    port = swarm.shell(other, find).strip()
+    argv = shlex.join(["python3", "-c", CONNECT, ros_addresses(swarm)[other], port])
+    return swarm.shell(host, f"{argv} 2>/dev/null || true").strip() == "open"
 
 
 def ip(swarm: LabSwarm, host: str | None, command: str) -> None:
@@ -103,9 +115,9 @@ def test_who_takes_the_addresses_of_a_host_reaches_no_node(sealed: LabSwarm, tak
 
 
 def test_a_private_key_is_for_root_of_its_host_alone(sealed: LabSwarm) -> None:
-    public = wireguard_keys.parse(lab_paths(sealed.name).wireguard_keys.read_bytes())
+    public = keys_of(sealed).live
     assert set(public) == set(sealed.hosts)
-    for host, key in public.items():
+    for host, (key,) in public.items():
         assert sealed.shell(host, f"sudo cat {KEY} | wg pubkey").strip() == key
         assert sealed.shell(host, f"sudo stat -c '%a %U' {KEY}").strip() == "600 root"
         assert sealed.shell(host, f"sudo grep -rlsF -f {KEY} /opt/swarm /var/log /run || true") == ""
@@ -121,7 +133,43 @@ def test_a_host_without_wireguard_is_unhealthy(sealed: LabSwarm) -> None:
     sealed.shell("k3-pi", f"sudo systemctl start {UNIT}")
 
 
-def test_the_swarm_drives_and_stands(sealed: LabSwarm) -> None:
+def test_the_swarm_drives_and_stands_with_new_keys(sealed: LabSwarm) -> None:
+    before = keys_of(sealed)
     with sealed.driving(LEADER, "k3", 0.1):
         assert sealed.swarmctl("status").status == 0
+        run = sealed.swarmctl("rekey")
+        assert run.status == 0, run.out + run.err
+        after = keys_of(sealed)
+        assert after.retired == before.live
+        assert not {*after.live.values()} & {*before.live.values()}
+        until(lambda: moves(sealed.robot("k3")), "no command arrives with the new keys")
+        assert sealed.plan().out.startswith("nothing to do")
     sealed.seconds_to_standstill("k3")
+
+
+def test_a_lost_host_is_accepted_nowhere(sealed: LabSwarm) -> None:
+    """Nor on one that was away, once a deploy reaches it. Set up anew, the lost one may come back."""
+    lost, away = "epuck-pi", "k3-pi"
+    assert reaches(sealed, lost, LEADER)
+    sealed.cut(away)
+    run = sealed.swarmctl("expel", lost, "--yes")
+    assert run.status == exit_codes.HOSTS_UNREACHABLE, run.out + run.err
+    assert run.out.endswith(f"not accepted any more by {LEADER}\n")
+    assert f"it accepts {lost} until the next deploy" in run.err
+    assert not reaches(sealed, lost, LEADER)
+    sealed.join(away)
+    until(lambda: reaches(sealed, lost, away), "the host that was away is not reached")
+    status = sealed.swarmctl("status")
+    assert status.status == exit_codes.UNHEALTHY
+    assert f"its WireGuard accepts {lost}, which was expelled" in status.out
+    assert sealed.deploy().status == exit_codes.OK
+    until(lambda: not reaches(sealed, lost, away), "the deploy does not finish it")
+    until(lambda: sealed.swarmctl("status").status == exit_codes.OK, lambda: sealed.swarmctl("status").out)
+
+    assert "was expelled from the swarm" in str(sealed.swarmctl("exec", lost, "true"))
+    sealed.shell(lost, f"sudo rm {KEY}")
+    assert sealed.swarmctl("trust").status == exit_codes.OK
+    assert lost not in keys_of(sealed).live
+    assert sealed.swarmctl("trust", "--host", lost, "--replace").status == exit_codes.OK
+    assert sealed.deploy().status == exit_codes.OK
+    until(lambda: reaches(sealed, lost, away), "it does not come back")

@@ -28,7 +28,7 @@ ROS2 = {"rclpy", "rcl_interfaces"}
 DEBIAN = {"serial": "python3-serial", "yaml": "python3-yaml"}  # packages with another name than their module
 #: What each package may import beside the standard library and itself.
 MAY_IMPORT = {
-    "agent": {"swarm_onboard.common"},
+    "agent": {"swarm_onboard.common", "swarm_onboard.tunnel"},
     "command": {"swarm_onboard.common", "swarm_onboard.ros", *MESSAGES},
     "common": {"yaml"},
     "driver": {

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from tests.onboard.agent.fakehost import FakeHost
 from tests.power import isolated, tracer
 from tests.power.disk import Disk, Snapshot, identity
-from tests.power.host_states import LAST, STATES, Finding, boot, look
+from tests.power.host_states import KNOWN, LAST, STATES, Finding, boot, look
 from tests.power.scenes import SCENES, Scene, follow
 from tests.timing import PATIENCE
 
@@ -163,18 +163,19 @@ class Bench:
                 problem = f"the host is {finding.state}"
             if not problem and row.images % self.deploys_each == 0:
                 row.deploys += 1
-                problem = self._next_deploy(finding.state)
+                problem = self._next_deploy(finding)
             return finding, problem
         finally:
             self.disk.detach()
 
-    def _next_deploy(self, state: str) -> str:
+    def _next_deploy(self, found: Finding) -> str:
         """Deploys to a host that was cut. Returns what is wrong with the result."""
-        reply = self.host.ask(*follow(STATES[state].bundle if state in STATES else None, LAST))
+        before = STATES[found.release].bundle if found.release in STATES else None
+        reply = self.host.ask(*follow(before, LAST, KNOWN if found.keys else ""))
         if reply.error or reply.status:
             return f"the next deploy fails: {reply}"
         finding = look(self.host, self.known)
-        if finding.state != "last" or finding.leftovers:
+        if finding.release != "last" or bool(finding.keys) != bool(found.keys) or finding.leftovers:
             return f"after the next deploy: {finding}"
         return ""
 

@@ -11,6 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from swarm_onboard.tunnel.keys import line
+
 from swarmctl.render.bundle import Bundle, File
 from tests.onboard.agent.fakehost import FakeHost, bundle
 from tests.timing import PATIENCE
@@ -22,6 +24,17 @@ MORE_FILES = replace(OLD, files=(*OLD.files, File("data/map.yaml", b"resolution:
 LAST = replace(bundle("9", units=("koala",), hosts="10.0.0.9 pi\n", boots=True), secrets=SECRETS)
 BETWEEN = tuple(replace(bundle(f"1.{number}", boots=True), secrets=SECRETS) for number in range(3))
 FIRST, SECOND = dict.fromkeys(SECRETS, "first"), dict.fromkeys(SECRETS, "second")
+
+
+PI, OWN, NEXT = (f"{letter}{'A' * 42}=" for letter in "ABC")
+KNOWN, RETIRED = line("pi", PI), line("pi", PI, retired=True)
+#: The WireGuard keys that a host may have, by what the name of a state has of them.
+KEYS = {
+    "": {},
+    ", next key": {"key": OWN, "key.next": NEXT, "keys": KNOWN},
+    ", next key, pi expelled": {"key": OWN, "key.next": NEXT, "keys": RETIRED},
+    ", new key, pi expelled": {"key": NEXT, "keys": RETIRED},
+}
 
 
 class State(NamedTuple):
@@ -45,15 +58,22 @@ _RECOVERY_LINK = "systemd/system/sysinit.target.wants/swarm-recovery@new.service
 _DRAFT = ".swarm-new"
 _SECRETS = "swarm/new/secrets"
 _SETS = "swarm/new/secret-sets/"
+_KEYS = "swarm/new/wireguard."
 
 
 class Finding(NamedTuple):
-    """The state of a host: a key of ``STATES``, ``none``, or ``mixed``; what is wrong, and what is left over
-    but in nobody's way."""
+    """The state of a host: a key of ``STATES``, ``none``, or ``mixed``, with one of ``KEYS``; what is wrong,
+    and what is left over but in nobody's way."""
 
-    state: str
+    release: str
+    keys: str
     faults: tuple[str, ...]
     leftovers: tuple[str, ...]
+
+    @property
+    def state(self) -> str:
+        """What it has, in words."""
+        return self.release + self.keys
 
 
 def outside(host: FakeHost) -> dict[str, str]:
@@ -93,6 +113,8 @@ def look(host: FakeHost, known: Mapping[str, dict[str, str]]) -> Finding:
     home = host.prefix / "opt/swarm/new"
     current = home / "current"
     digest = current.readlink().name if current.is_symlink() else None
+    keys = {name: etc.pop(name) for name in list(etc) if name.startswith(_KEYS)}
+    etc = {name: text for name, text in etc.items() if _DRAFT not in name}
     chosen = seen.get(_SECRETS, "").rpartition("/")[2]
     state = _state(digest, _values(seen, chosen))
     faults = [f"current is {state}", *_differences(etc, known[state])] if etc != known[state] else []
@@ -112,7 +134,15 @@ def look(host: FakeHost, known: Mapping[str, dict[str, str]]) -> Finding:
     stored = {name[len(_SETS) :].partition("/")[0] for name in seen if name.startswith(_SETS)}
     leftovers += ["a set of secrets" for _ in stored - {name for _, name in kept} - {chosen}]
     leftovers += _leftovers(host)
-    return Finding("mixed" if faults else state, tuple(faults), tuple(leftovers))
+    whole = next((name for name, one in KEYS.items() if keys == _stored(one)), None)
+    faults += [f"the keys of WireGuard are {keys}"] if whole is None else []
+    return Finding("mixed" if faults else state, whole or "", tuple(faults), tuple(leftovers))
+
+
+def _stored(keys: Mapping[str, str]) -> dict[str, str]:
+    """Mode and content of the files of keys."""
+    contents = {name: f"{text.strip()}\n".encode() for name, text in keys.items()}
+    return {f"{_KEYS}{name}": f"{644 if name == 'keys' else 600} {one!r}" for name, one in contents.items()}
 
 
 def _state(digest: str | None, values: Mapping[str, str]) -> str:

@@ -10,11 +10,29 @@ from typing import Any
 
 from swarmctl.render.bundle import Bundle
 from tests.onboard.agent.fakehost import BOOT, NO_SECRETS, FakeHost, message_for
-from tests.power.host_states import BETWEEN, FIRST, MORE_FILES, NEW, OLD, SECOND, recovery
+from tests.power.host_states import (
+    BETWEEN,
+    FIRST,
+    KNOWN,
+    MORE_FILES,
+    NEW,
+    NEXT,
+    OLD,
+    OWN,
+    SECOND,
+    recovery,
+)
 
 TXID, EARLIER = "0123456789abcdef", "e" * 16
 _ALL = ("master.service", "koala.service", "khepera.service")
 _CHANGE = {"stop": ["koala.service"], "restart": ["master.service"], "start": ["khepera.service"]}
+
+# A key is its own public one; the first that is made is OWN.
+WG = f"""#!/bin/sh
+case $1 in pubkey) exec cat ;; genkey) [ -e $SWARM_PREFIX/made ] && exec echo {NEXT} ;; *) exit ;; esac
+touch $SWARM_PREFIX/made; echo {OWN}
+"""
+_KEY = {"verb": "wireguard_key", "swarm": "new"}
 
 Message = tuple[dict[str, Any], bytes]
 
@@ -45,12 +63,12 @@ def change(
     base: Bundle | None, following: Bundle, secrets: Mapping[str, str] = NO_SECRETS, **more: Any
 ) -> Message:
     """Returns the request that brings a host from ``base`` to ``following``, with new ``secrets``."""
-    return message_for(following, secrets, **{"base": base and base.digest, "txid": TXID, **more})
+    return message_for(following, secrets, **{"previous": base and base.digest, "txid": TXID, **more})
 
 
-def follow(current: Bundle | None, following: Bundle) -> Message:
-    """Returns the request of a deploy that starts all units anew."""
-    return change(current, following, FIRST, txid="f" * 16, stop=list(_ALL))
+def follow(current: Bundle | None, following: Bundle, keys: str) -> Message:
+    """Returns the request of a deploy that starts all units anew, and brings ``keys``."""
+    return change(current, following, FIRST, txid="f" * 16, stop=list(_ALL), wireguard_keys=keys)
 
 
 def sent(host: FakeHost, message: Message) -> None:
@@ -70,6 +88,16 @@ def _old(host: FakeHost) -> None:
 def _new(host: FakeHost) -> None:
     _old(host)
     sent(host, change(OLD, NEW, SECOND, **_CHANGE, txid="d" * 16))
+
+
+def _next_key(host: FakeHost) -> None:
+    """The host has a key and the next one, and knows that of a peer."""
+    _old(host)
+    wg = host.prefix / "bin/wg"
+    wg.write_text(WG)
+    wg.chmod(0o755)
+    sent(host, ({**_KEY, "known": KNOWN}, b""))
+    sent(host, ({**_KEY, "make_next": True}, b""))
 
 
 def _failing(host: FakeHost) -> None:
@@ -124,7 +152,7 @@ _BACK: Message = (
         "verb": "rollback",
         "swarm": "new",
         "txid": TXID,
-        "base": NEW.digest,
+        "previous": NEW.digest,
         "next": OLD.digest,
         "secrets": EARLIER,
     },
@@ -165,6 +193,13 @@ SCENES = (
     Scene("secrets", _old, _ROTATE, frozenset({"old", "old, new secrets"}), "old, new secrets"),
     Scene("undo of secrets at boot", _died(_ROTATE, "after:switch"), None, frozenset({"old"}), "old"),
     Scene("rollback", _new, _BACK, _EITHER, "old"),
+    Scene(
+        "new key, lost peer",
+        _next_key,
+        ({**_KEY, "expel": "pi", "use": NEXT}, b""),
+        frozenset({"old, next key", "old, next key, pi expelled", "old, new key, pi expelled"}),
+        "old, new key, pi expelled",
+    ),
     Scene("remove", _old, _REMOVE, frozenset({"old", "none"}), "none"),
     Scene("remove, at boot", _died(_REMOVE, "after:withdraw"), None, frozenset({"none"}), "none"),
 )

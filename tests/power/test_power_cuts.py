@@ -38,6 +38,7 @@ def test_a_host_is_whole_wherever_its_power_goes() -> None:
         "undo": {"old"},
         "undo at boot": {"old"},
         "remove": {"old", "none"},
+        "new key, lost peer": {"old, next key", "old, next key, pi expelled", "old, new key, pi expelled"},
     }
 
     rows = cut("--log=lost", "--random=2", "--deploys-each=10", *(f"--scene={name}" for name in scenes))

@@ -14,7 +14,7 @@ from swarm_onboard.agent.answers import ANSWERS
 
 from swarmctl.deploy import flash, prepare, rollout
 from swarmctl.deploy.outcome import Outcome, Removed
-from swarmctl.deploy.public_keys import public_keys
+from swarmctl.deploy.public_keys import exchanged
 from swarmctl.firmware import avrdude
 from swarmctl.health import collect
 from swarmctl.health.observations import Answer
@@ -71,7 +71,7 @@ FITTING: dict[str, Any] = {
     "apply": {"release": RELEASE.digest, "previous": None},
     "rollback": {"release": RELEASE.digest, "previous": None},
     "host_list": {"epoch": 1, "hosts": {}, "gone": {}},
-    "wireguard_key": {"public": "oZW7F9q5HzxnPlYmVJ7CXp2NwtOGKGIoiCl5aOYLlTU="},
+    "wireguard_key": {"public": "oZW7F9q5HzxnPlYmVJ7CXp2NwtOGKGIoiCl5aOYLlTU=", "next": ""},
     "history": {
         "entries": [ENTRY], "release": None, "secrets": "", "releases": [], "secret_sets": [], "last": "",
     },
@@ -179,24 +179,26 @@ def test_a_host_that_confirms_another_release_is_no_success() -> None:
     assert found.message == f"it confirms release {'f' * 16}, and {RELEASE.digest} was applied"
 
 
-def key_of(public: str) -> str | HostError:
-    return public_keys("new", PI.values(), Transport(answering({"public": public})))["pi"]
+def keys_of(**answer: str) -> Any:
+    transport = Transport(answering({**FITTING["wireguard_key"], **answer}))
+    return exchanged("new", {"pi": {}}, PI, transport)["pi"]
 
 
 KEY = FITTING["wireguard_key"]["public"]
 
 
+@pytest.mark.parametrize("which", ["public", "next"])
 @pytest.mark.parametrize(
-    "public",
+    "key",
     [
-        "", KEY[:-1], KEY + "=", KEY + "\n", f"{KEY}\nother-pi {KEY}", KEY[:-2] + "V=", "ä" + KEY[1:],
+        " ", KEY[:-1], KEY + "=", KEY + "\n", f"{KEY}\nother-pi {KEY}", KEY[:-2] + "V=", "ä" + KEY[1:],
         "A" * 42 + "==", "A" * 44,
     ],
 )  # fmt: skip
-def test_a_public_key_is_32_bytes_in_base64(public: str) -> None:
+def test_a_public_key_is_32_bytes_in_base64(which: str, key: str) -> None:
     """It goes into the file of pinned keys, and from there to the other hosts."""
-    assert key_of(KEY) == KEY
-    found = key_of(public)
+    assert keys_of(**{which: KEY})[which] == KEY
+    found = keys_of(**{which: key})
     assert isinstance(found, HostError)
     assert found.kind is Kind.PROTOCOL
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import base64
+import json
 import re
 from collections.abc import Callable, Mapping
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
+from swarm_onboard.tunnel.keys import Keys
+from swarm_onboard.tunnel.peers import PEERS
 
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
@@ -25,21 +28,22 @@ def key_of(host: str) -> str:
     return base64.b64encode(sha256(host.encode()).digest()).decode()
 
 
-def sealed(folder: Path, example: str, *pinned: str) -> Swarm:
+def sealed(folder: Path, example: str, *pinned: str, more: str = "") -> Swarm:
     spec = folder / "swarm.yaml"
     text = (ROOT / "examples" / example / "swarm.yaml").read_text("utf-8")
     spec.write_text(f"{text}security: sealed\n", "utf-8")
-    (folder / "newswarm.wireguard").write_text("".join(f"{one} {key_of(one)}\n" for one in pinned), "utf-8")
+    keys = "".join(f"{one} {key_of(one)}\n" for one in pinned)
+    (folder / "newswarm.wireguard").write_text(keys + more, "utf-8")
     swarm, found = load_swarm(spec)
     assert swarm is not None, found
     return swarm
 
 
 def peers_in(bundle: Bundle) -> Mapping[str, tuple[str, str]]:
-    """By public key, the one address and the endpoint of each peer."""
-    text = text_of(bundle, "wireguard/peers.conf")
-    found = re.findall(r"PublicKey = (\S+)\nAllowedIPs = (\S+)\nEndpoint = (\S+)\n", text)
-    return {key: (allowed, endpoint) for key, allowed, endpoint in found}
+    """By name, the address and the endpoint of each peer."""
+    found = json.loads(text_of(bundle, PEERS))
+    assert found["port"] == 51820
+    return {one["name"]: (one["address"], one["endpoint"]) for one in found["peers"]}
 
 
 def test_golden(tmp_path: Path, golden: Callable[[Path, str], None]) -> None:
@@ -56,8 +60,7 @@ def test_peers_are_those_of_the_flows(example: str, tmp_path: Path) -> None:
     made = bundles(swarm)
     for host in hosts:
         expected = {
-            key_of(one): (f"{swarm.hosts[one].ros_address}/32", f"{swarm.hosts[one].address}:51820")
-            for one in swarm.peers[host]
+            one: (swarm.hosts[one].ros_address, swarm.hosts[one].address) for one in swarm.peers[host]
         }
         assert peers_in(made[host]) == expected
         assert expected
@@ -66,17 +69,29 @@ def test_peers_are_those_of_the_flows(example: str, tmp_path: Path) -> None:
 
 
 def test_a_host_that_joins_restarts_no_wireguard(tmp_path: Path) -> None:
-    before = bundles(sealed(tmp_path, "paper-leader", "koala-laptop", "k3-pi"))["koala-laptop"]
-    after = bundles(sealed(tmp_path, "paper-leader", "koala-laptop", "k3-pi", "epuck-pi"))["koala-laptop"]
-    assert peers_in(before) != peers_in(after)
-    units = [{one["name"]: one for one in made.manifest["units"]} for made in (before, after)]
-    assert units[0] == units[1]
+    made = bundles(sealed(tmp_path, "paper-leader", "koala-laptop", "k3-pi", "epuck-pi"))["koala-laptop"]
+    (unit,) = (one for one in made.units if one.name == "swarm-newswarm.wireguard.service")
+    assert not {PEERS} & set(unit.needs)
 
 
-def test_a_host_without_a_pinned_key_is_no_peer(tmp_path: Path) -> None:
-    bundle = bundles(sealed(tmp_path, "paper-leader", "koala-laptop", "k3-pi"))["k3-pi"]
-    assert set(peers_in(bundle)) == {key_of("koala-laptop")}
-    assert bundle.unpinned == ("epuck-pi",)
+def test_keys_are_no_part_of_a_release(tmp_path: Path) -> None:
+    """A rollback brings back none, and a new key changes no release."""
+    before = bundles(sealed(tmp_path, "paper-leader", "koala-laptop", "k3-pi"))["k3-pi"]
+    after = bundles(sealed(tmp_path, "paper-leader", "koala-laptop", "k3-pi", "epuck-pi"))["k3-pi"]
+    assert before.digest == after.digest
+    assert (before.unpinned, after.unpinned) == (("epuck-pi",), ())
+    known = {host: (key_of(host),) for host in ("koala-laptop", "k3-pi", "epuck-pi")}
+    assert Keys(after.wireguard_keys).live == known
+
+
+def test_an_expelled_host_needs_no_key(tmp_path: Path) -> None:
+    retired = f"epuck-pi {key_of('epuck-pi')} retired\nother-pi {key_of('other-pi')} retired\n"
+    swarm = sealed(tmp_path, "paper-leader", "koala-laptop", "k3-pi", more=retired)
+    bundle = bundles(swarm)["k3-pi"]
+    assert (swarm.expelled, bundle.unpinned) == ({"epuck-pi"}, ())
+    assert Keys(bundle.wireguard_keys).retired == {
+        host: (key_of(host),) for host in ("epuck-pi", "other-pi")
+    }, "whatever release comes back has them retired"
 
 
 def test_masters_look_for_no_others_by_multicast(tmp_path: Path) -> None:

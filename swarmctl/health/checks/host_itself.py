@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from swarm_onboard.host_checks import Judged
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.host_checks import host_checks
 from swarmctl.health.root_cause import Findings
@@ -16,7 +18,18 @@ def compare(found: Findings, context: CheckContext) -> None:
         for name, check in host_checks().items():
             for seen in answer.checks.get(name, ()):
                 judged = check.judge(seen, host.name)
-                if judged.peer and judged.peer not in context.answers:
+                if judged.peer in context.graph.expelled:
+                    judged = _accepts(judged.peer)
+                elif judged.peer and judged.peer not in context.answers:
                     continue  # why it does not answer is a finding of its own
                 verdict = Verdict(State(judged.state), judged.message, judged.hint)
                 found.add(name, " ".join(filter(None, (host.name, judged.about))), verdict, host=host)
+
+
+def _accepts(lost: str) -> Judged:
+    return Judged(
+        "bad",
+        f"its WireGuard accepts {lost}, which was expelled while this host did not answer",
+        "`swarmctl deploy` finishes it",
+        about=lost,
+    )

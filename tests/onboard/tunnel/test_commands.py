@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import socket
 import subprocess
@@ -11,6 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from swarm_onboard.tunnel.keys import Keys, line
+from swarm_onboard.tunnel.peers import config
 
 from swarmctl.resources import onboard
 from tests.child_process import child_process
@@ -18,12 +21,13 @@ from tests.timing import PATIENCE, wait_for
 
 PROGRAM = onboard() / "nodes/tunnel/tunnel.py"
 KEY = "qB5GZoKc1dU5V0y1Fq6ZbGy2n3nYv8y0m8oQ0nJbLWU="
-PEERS = "[interface]\nListenPort = 51820\n"
+PEERS = {"port": 51820, "peers": [{"name": "k3-pi", "address": "10.9.0.2", "endpoint": "192.168.7.2"}]}
+CONFIG = config(Keys(line("k3-pi", KEY)), PEERS, set())
 # Fails where a file says so: `fails-ip-link-add` holds what it prints.
 STAND_IN = """#!/bin/sh
 name=${0##*/}; cd "${0%/*}/.."
 echo "$name $*" >> calls
-case "$*" in *" /dev/stdin") /bin/cat > given ;; *latest-handshakes) echo "peer 0" ;; esac
+case "$*" in *" /dev/stdin") /bin/cat > given ;; *-handshakes) /bin/cat times ;; esac
 [ ! -e "fails-$name-$1-$2" ] && [ ! -e "fails-$name-$1" ] || { /bin/cat fails-$name-$1* >&2; exit 1; }
 echo "$name $*" >> done
 """
@@ -39,7 +43,9 @@ class Bench:
             (folder / "bin" / name).write_text(STAND_IN)
             (folder / "bin" / name).chmod(0o755)
         (folder / "key").write_text(f"{KEY}\n")
-        (folder / "peers").write_text(PEERS)
+        (folder / "peers").write_text(json.dumps(PEERS))
+        (folder / "keys").write_text(line("k3-pi", KEY))
+        (folder / "times").write_text(f"{KEY} 0\n")
         self.notes = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self.notes.bind(str(folder / "notify"))
         self.notes.settimeout(PATIENCE)
@@ -54,7 +60,7 @@ class Bench:
             "PATH": str(self.folder / "bin"), "PYTHONPATH": str(onboard().parent), "NOTIFY_SOCKET":
             str(self.folder / "notify"), "WATCHDOG_USEC": "30000", "PYTHONDONTWRITEBYTECODE": "1",
         }  # fmt: skip
-        files = ("--peers", str(self.folder / "peers"), "--key", str(self.folder / "key"))
+        files = [word for name in ("peers", "keys", "key") for word in (f"--{name}", str(self.folder / name))]
         argv = [sys.executable, str(PROGRAM), "--interface", "lo", "--address", "10.9.0.1/16", *files]
         with child_process(argv, env=environment, stderr=subprocess.PIPE) as process:
             yield process
@@ -93,7 +99,7 @@ def test_the_key_reaches_wg_by_standard_input_alone(bench: Bench) -> None:
         "ip link set dev lo mtu 1420 up",
         "ip link delete dev lo",
     ]
-    assert (bench.folder / "given").read_text() == f"[Interface]\nPrivateKey = {KEY}\n{PEERS}"
+    assert (bench.folder / "given").read_text() == f"[Interface]\nPrivateKey = {KEY}\n{CONFIG}"
 
 
 @pytest.mark.parametrize("damaged", ["", KEY[:-1], KEY + "x", KEY[:-2] + "V=", f"{KEY}\n{KEY}"])
@@ -117,15 +123,15 @@ def test_refused_peers_are_named_once_and_tried_again(bench: Bench) -> None:
     with bench.running() as process:
         bench.wait_for_note("READY=1")
         (bench.folder / "fails-wg-syncconf").write_text("busy\n")
-        (bench.folder / "new").write_text(f"{PEERS}# other\n")
+        (bench.folder / "new").write_text(json.dumps({**PEERS, "port": 51821}))
         (bench.folder / "new").replace(bench.folder / "peers")
         wait_for(lambda: bench.calls.count("wg syncconf lo /dev/stdin") > 1)
         (bench.folder / "fails-wg-syncconf").unlink()
         wait_for(lambda: "wg syncconf" in (bench.folder / "done").read_text())
         process.terminate()
         _, printed = process.communicate(timeout=PATIENCE)
-    assert printed == f"{bench.folder}/peers: busy; the peers stay as they were\n"
-    assert (bench.folder / "given").read_text().endswith("# other\n")
+    assert printed == "busy; the peers stay as they were\n"
+    assert "ListenPort = 51821\n" in (bench.folder / "given").read_text()
 
 
 def test_it_ends_when_what_runs_the_interface_ends(bench: Bench) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -12,6 +13,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
+from swarm_onboard.tunnel.keys import joined, line
 
 from swarmctl.resources import onboard
 from tests.child_process import child_process
@@ -52,7 +54,7 @@ for line in sys.stdin:
 
 
 class Host:
-    """A namespace with an address on the cable, the key of a host, and its file of peers."""
+    """A namespace with an address on the cable: a host with a key, its peers, and the keys it knows."""
 
     def __init__(self, number: int, folder: Path) -> None:
         self.name = f"swarm-tun{number}-{os.getpid()}"
@@ -60,24 +62,28 @@ class Host:
         self.interface = f"wg-{os.getpid() % 10**7}-{number}"
         self.at, self.inside = f"192.168.99.{number}", f"10.99.0.{number}"
         self.current, self.key = folder / f"current{number}", folder / f"key{number}"
+        self.known = folder / f"known{number}"
         self.key.write_text(run("wg", "genkey"))
         self.public = run("wg", "pubkey", given=self.key.read_text()).strip()
         self.meets()
 
-    def meets(self, *others: Host, key: str = "") -> None:
-        text = "[Interface]\nListenPort = 51820\n"
-        for one in others:
-            text += f"\n[Peer]\nPublicKey = {key or one.public}\nAllowedIPs = {one.inside}/32\n"
-            text += f"Endpoint = {one.at}:51820\nPersistentKeepalive = 25\n"
+    def meets(self, *others: Host, port: int = 51820) -> None:
+        listed = [{"name": one.name, "address": one.inside, "endpoint": one.at} for one in others]
         release = Path(tempfile.mkdtemp(dir=self.current.parent))
-        (release / "peers.conf").write_text(text)
+        (release / "peers.json").write_text(json.dumps({"port": port, "peers": listed}))
         (release / "link").symlink_to(release)
         (release / "link").replace(self.current)
+        self.knows("".join(line(one.name, one.public) for one in others))
+
+    def knows(self, lines: str) -> None:
+        new = Path(f"{self.known}.new")
+        new.write_text(joined(self.known.read_text() if self.known.exists() else "", lines))
+        new.replace(self.known)
 
     @property
     def argv(self) -> list[str]:
         options = ("--interface", self.interface, "--address", f"{self.inside}/24")
-        files = ("--peers", str(self.current / "peers.conf"), "--key", str(self.key))
+        files = ("--peers", f"{self.current}/peers.json", "--keys", str(self.known), "--key", str(self.key))
         return ["ip", "netns", "exec", self.name, sys.executable, str(PROGRAM), *options, *files]
 
     def run(self, *argv: str) -> str:
@@ -182,7 +188,7 @@ def test_a_wrong_file_of_peers_changes_nothing(hosts: list[Host]) -> None:
     second.meets(first)
     with running(first, second) as (program, _):
         wait_for(lambda: first.reaches(second), complaint="no packet passes")
-        first.meets(second, key="no key")
+        first.meets(second, port=-1)
         assert program.stderr is not None
         assert program.stderr.readline().endswith("the peers stay as they were\n")
         assert first.reaches(second)
@@ -200,6 +206,47 @@ def test_another_key_is_no_peer(hosts: list[Host]) -> None:
         assert not first.reaches(second)
         assert first.handshakes() == {third.public}
         assert second.handshakes() == set()
+
+
+def test_both_ends_change_their_keys_at_once(hosts: list[Host]) -> None:
+    first, second, _ = hosts
+    first.meets(second)
+    second.meets(first)
+    with running(first, second) as programs:
+        wait_for(lambda: first.reaches(second), complaint="no packet passes")
+        listen = ["ip", "netns", "exec", second.name, sys.executable, "-c", LISTENS]
+        connect = ["ip", "netns", "exec", first.name, sys.executable, "-c", CONNECTS, second.inside]
+        pipe = subprocess.PIPE
+        with child_process(listen), child_process(connect, stdin=pipe, stdout=pipe) as client:
+            assert client.stdin is not None
+            assert client.stdout is not None
+            new = {one: run("wg", "genkey") for one in (first, second)}
+            public = {one: run("wg", "pubkey", given=key).strip() for one, key in new.items()}
+            first.knows(line(second.name, public[second]))
+            second.knows(line(first.name, public[first]))
+            wait_for(lambda: public[second] in first.run("wg", "show", first.interface, "peers"))
+            for one, key in new.items():
+                (one.key.parent / "next").write_text(key)
+                (one.key.parent / "next").replace(one.key)
+            wait_for(lambda: public[second] in first.handshakes(), complaint="no handshake with the next key")
+            first.knows(line(second.name, second.public, retired=True))
+            second.knows(line(first.name, first.public, retired=True))
+            wait_for(lambda: first.run("wg", "show", first.interface, "peers") == f"{public[second]}\n")
+            client.stdin.write("after\n")
+            client.stdin.flush()
+            assert client.stdout.readline() == "after\n", "the connection is the same"
+    assert [one.stderr.read() for one in programs if one.stderr] == ["", ""]
+
+
+def test_a_retired_key_is_no_peer(hosts: list[Host]) -> None:
+    first, second, _ = hosts
+    first.meets(second)
+    second.meets(first)
+    with running(first, second):
+        wait_for(lambda: second.reaches(first), complaint="no packet passes")
+        first.knows(line(second.name, second.public, retired=True))
+        wait_for(lambda: first.run("wg", "show", first.interface, "peers") == "")
+        assert not second.reaches(first)
 
 
 def test_what_a_killed_run_left_is_replaced(hosts: list[Host]) -> None:

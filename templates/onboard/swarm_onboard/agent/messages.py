@@ -58,7 +58,8 @@ class ObserveRequest(ObserveNeeds, total=False):
     ``known_release``: digest of a release whose manifest need not be sent; ``contents``: send texts of files;
     ``requires``: programs by name, and ROS packages and workspaces, ``package:NAME`` and ``workspace:PATH``;
     ``wants``: other programs to look for, with the state of what they manage; ``motion``: why robots must
-    not be touched now is wanted, too; ``stop_robots``: as far as stopping them first does not change it.
+    not be touched now is wanted, too; ``stop_robots``: as far as stopping them first does not change it;
+    ``wireguard_keys``: public ones, as ``wireguard_key`` has them in ``known``.
     """
 
     known_release: str
@@ -68,6 +69,7 @@ class ObserveRequest(ObserveNeeds, total=False):
     secrets: list[str]
     motion: bool
     stop_robots: bool
+    wireguard_keys: str
 
 
 class Prepared(TypedDict, total=False):
@@ -139,7 +141,8 @@ class ObserveAnswer(ObserveAnswerAlways, total=False):
     ``busy``: why robots must not be touched now, by robot, with ``motion`` only; ``uploaded``: the SHA-256 of
     files that an upload which ended early has left; ``edits``: of what people have edited, by path;
     ``edit_texts``: those texts, as far as they fit; ``foreign_units``: named as units of the swarm, and of no
-    release; ``host_list``: its list of the swarm's hosts."""
+    release; ``host_list``: its list of the swarm's hosts; ``wireguard_keys``: hosts of which
+    it does not know a key, or not that it is retired."""
 
     edits: dict[str, str]
     edit_texts: dict[str, str]
@@ -148,6 +151,7 @@ class ObserveAnswer(ObserveAnswerAlways, total=False):
     uploaded: list[str]
     foreign_units: list[str]
     host_list: HostListState
+    wireguard_keys: list[str]
     manifest: ManifestData
     files: dict[str, str]
     blocks: dict[str, str]
@@ -200,7 +204,8 @@ class ApplyRequest(ApplyNeeds, Locking, total=False):
     """Bring the host from release ``previous`` to release ``next`` (digests).
 
     ``reload``: keys of ``paths.READERS``; ``confirm_within``: s until it is undone unless it is confirmed, 0:
-    no confirmation is needed; ``files_only``: nothing else changes, and it stays at once.
+    no confirmation is needed; ``files_only``: nothing else changes, and it stays at once;
+    ``wireguard_keys``: public ones that it keeps, whatever becomes of the change.
     The payload begins with new values of secrets, a JSON object by name of ``secrets`` bytes. A tar.gz
     follows, the manifest first, without files whose contents release ``previous`` has; it is empty if the
     host has the release already.
@@ -213,6 +218,7 @@ class ApplyRequest(ApplyNeeds, Locking, total=False):
     confirm_within: float
     secrets: int
     files_only: bool
+    wireguard_keys: str
 
 
 class ApplyAnswer(TypedDict):
@@ -261,17 +267,32 @@ class HoldAnswer(TypedDict):
     units: dict[str, UnitState]
 
 
-class WireguardKeyRequest(TypedDict):
-    """The public WireGuard key of the host in a swarm; without a private one it makes one."""
+class WireguardKeyNeeds(TypedDict):
+    """The required keys of ``wireguard_key``."""
 
     verb: Literal["wireguard_key"]
     swarm: str
 
 
+class WireguardKeyRequest(WireguardKeyNeeds, total=False):
+    """The public WireGuard key of the host in a swarm; without a private one it makes one.
+
+    ``known``: public keys of hosts that it keeps, in lines of ``tunnel.keys``; ``make_next``: the key to
+    change to is wanted, too; ``use``: that one, whose public key this is, takes the place of its key;
+    ``expel``: a host whose keys are retired here.
+    """
+
+    known: str
+    expel: str
+    make_next: bool
+    use: str
+
+
 class WireguardKeyAnswer(TypedDict):
-    """The public key in base64."""
+    """The public key in base64, and the next one, empty if there is none."""
 
     public: str
+    next: str
 
 
 class ConfirmNeeds(TypedDict):

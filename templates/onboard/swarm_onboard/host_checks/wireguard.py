@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import re
 import time
 
-from swarm_onboard.agent import command, files
+from swarm_onboard.agent import command, files, json_text, known_keys
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.host_checks import Judged
 from swarm_onboard.tunnel.interface import FRESH
+from swarm_onboard.tunnel.keys import Keys
+from swarm_onboard.tunnel.peers import PEERS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -19,8 +20,8 @@ TABLE = (
         "a host of a sealed swarm had no handshake with a peer for 3 minutes, and the peer answers `status`",
         "unhealthy: nothing of ROS passes between the two",
     ),
+    ("a host has a live key of a peer that was expelled", "unhealthy: it accepts what that one sends"),
 )
-_PEER = re.compile(rb"# ([a-z0-9-]+)\n\[Peer\]\nPublicKey = (\S+)\n")
 
 
 class Seen(NamedTuple):
@@ -32,12 +33,18 @@ class Seen(NamedTuple):
 
 def observe(home: Home) -> list[Seen]:
     """Returns the peers of the release that the interface has; none while it is down."""
-    text = files.read(f"{home.current_link}/wireguard/peers.conf") or b""
-    lines = command.output_of(["wg", "show", "all", "latest-handshakes"]).splitlines() if text else []
+    text = files.read(f"{home.current_link}/{PEERS}")
+    if text is None:
+        return []
+    lines = command.output_of(["wg", "show", "all", "latest-handshakes"]).splitlines()
     times = {key: int(last) for _, key, last in (line.split("\t") for line in lines)}
-    peers = [(name.decode(), key.decode()) for name, key in _PEER.findall(text)]
-    now = time.time()
-    return [Seen(name, now - times[key] if times[key] else -1.0) for name, key in peers if key in times]
+    live, now = Keys(known_keys.known(home)).live, time.time()
+    found = []
+    for peer in json_text.loads(text.decode("utf-8"))["peers"]:
+        own = [times[key] for key in live.get(peer["name"], ()) if key in times]
+        if own:
+            found.append(Seen(peer["name"], now - max(own) if max(own) else -1.0))
+    return found
 
 
 def judge(seen: Seen, host: str) -> Judged:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import socket
 import subprocess
 import time
 from contextlib import suppress
 from pathlib import Path
+from typing import Mapping
+
+from swarm_onboard.tunnel.keys import is_key
 
 FRESH = 180  # s: a key is good for so long after a handshake (REJECT_AFTER_TIME of WireGuard)
 _TIMEOUT = 5.0  # s for a command, for wireguard-go to make the interface, and for it to end
@@ -17,8 +19,6 @@ _LOOK_EVERY = 0.05  # s
 _LONGEST_MESSAGE = 500
 _PACKAGES = {"ip": "iproute2", "wg": "wireguard-tools"}
 _WIREGUARD_GO = {"LOG_LEVEL": "error", "WG_PROCESS_FOREGROUND": "1"}
-#: 32 bytes in base64. wg would print a text that is no key, into the log.
-_KEY = re.compile(rb"[A-Za-z0-9+/]{42}[AEIMQUYcgkosw048]=\s*")
 
 
 class WireguardError(Exception):
@@ -31,6 +31,7 @@ class Interface:
     def __init__(self, name: str, key: Path) -> None:
         self.name = name
         self._key = key
+        self._used = b""  # the private key that it has
         self._process: subprocess.Popen[bytes] | None = None
 
     def make(self) -> None:
@@ -85,32 +86,43 @@ class Interface:
             return f"wireguard-go has ended with status {self._process.returncode}"
         return "" if self._is_there() else f"the interface {self.name} is gone"
 
-    def bring_up(self, address: str, mtu: int, peers: bytes) -> None:
+    def bring_up(self, address: str, mtu: int, peers: str) -> None:
         """Configures a new interface: first its keys, then its address. Raises ``WireguardError``."""
-        self._configure("setconf", peers)
+        self.use(peers)
         _run("ip", "address", "replace", address, "dev", self.name)
         _run("ip", "link", "set", "dev", self.name, "mtu", str(mtu), "up")
 
-    def use(self, peers: bytes) -> None:
-        """Changes the peers; those that stay are not interrupted. Raises ``WireguardError``."""
-        self._configure("syncconf", peers)
+    def has_another_key(self) -> bool:
+        """Whether the file of the private key was replaced since it was used."""
+        with suppress(OSError):
+            return self._key.read_bytes() != self._used
+        return False
 
-    def _configure(self, command: str, peers: bytes) -> None:
-        """Gives wg the peers and the key, without which it would remove the key of the interface."""
+    def use(self, peers: str) -> None:
+        """Changes the peers, of which those that stay are not interrupted; after a change of the private key
+        it calls all of them. Raises ``WireguardError``.
+
+        wg gets the peers with the key, without which it would remove the key of the interface.
+        """
         try:
             key = self._key.read_bytes()
         except OSError as error:
             raise WireguardError(f"{self._key}: {error.strerror}") from error
-        if not _KEY.fullmatch(key):
+        private = key.decode("latin-1").strip()
+        if not is_key(private):
             raise WireguardError(f"{self._key} has no key of WireGuard")
-        text = b"[Interface]\nPrivateKey = " + key.strip() + b"\n" + peers
-        _run("wg", command, self.name, "/dev/stdin", given=text)
+        command = "syncconf" if key == self._used else "setconf"
+        given = f"[Interface]\nPrivateKey = {private}\n{peers}"
+        _run("wg", command, self.name, "/dev/stdin", given=given.encode())
+        self._used = key
 
-    def handshakes(self) -> tuple[int, int]:
-        """Returns with how many peers there was a handshake lately, and how many there are."""
+    def handshakes(self) -> Mapping[str, int]:
+        """Returns the time of the last handshake with each public key, s since 1970, 0 without one.
+
+        Raises ``WireguardError``.
+        """
         lines = _run("wg", "show", self.name, "latest-handshakes").decode().splitlines()
-        times = [int(line.split()[1]) for line in lines]
-        return sum(one > time.time() - FRESH for one in times), len(times)
+        return {key: int(last) for key, last in map(str.split, lines)}
 
     def remove(self) -> None:
         """Removes the interface, and ends what runs it. Raises ``WireguardError``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from swarm_onboard.agent import lease, lock, secrets, systemd, transaction, upload
+from swarm_onboard.agent import known_keys, lease, lock, secrets, systemd, transaction, upload
 from swarm_onboard.agent.change import Change
 from swarm_onboard.agent.errors import RefusedError
 from swarm_onboard.agent.failpoint import passed
@@ -42,6 +42,7 @@ def handle(request: ApplyRequest, payload: bytes, report: Report) -> ApplyAnswer
         raise RefusedError("this host does not run systemd", "swarmctl needs a host that boots with systemd")
     with lease.held_for(home, request):
         passed("lock")
+        known_keys.learn(home, str(request.get("wireguard_keys", "")))
         return transaction.run(home, change, archive, report)
 
 

@@ -12,6 +12,7 @@ from swarm_onboard.agent import (
     files,
     host_list,
     json_text,
+    known_keys,
     lock,
     motion_gate,
     packages,
@@ -26,6 +27,7 @@ from swarm_onboard.agent.errors import RefusedError
 from swarm_onboard.agent.manifest import NAME, secret_names
 from swarm_onboard.agent.release_store import Home, home_of
 from swarm_onboard.agent.rpc import Report
+from swarm_onboard.tunnel import keys
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -60,6 +62,8 @@ def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAn
         answer["foreign_units"] = foreign
     if listed := host_list.state(home):
         answer["host_list"] = listed
+    if news := keys.news(known_keys.known(home), str(request.get("wireguard_keys", ""))):
+        answer["wireguard_keys"] = news
     if names := secret_names(request.get("secrets", [])):
         answer["secrets"] = secrets.states(home, names, secrets.offered(payload))
     if digest is None or manifest is None:

@@ -1,0 +1,54 @@
+"""What ``rekey`` and ``expel`` share: a sealed swarm, its pinned keys, and the way to its hosts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from swarmctl.cli import console, exit_codes, options, pin_file
+
+if TYPE_CHECKING:
+    from swarmctl.cli.pin_file import PinFile
+    from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.deploy.rekey import Exchange
+    from swarmctl.remote.transport import HostError
+    from swarmctl.swarm.resolved import Swarm
+
+
+def reached(spec: SpecFiles, *, lab: bool, lab_name: str) -> tuple[Swarm, PinFile, Exchange]:
+    """Returns the swarm, its pinned keys, and what exchanges keys with its hosts; exits without keys."""
+    from swarmctl.cli.ssh_targets import transport
+    from swarmctl.deploy.public_keys import exchanged
+
+    document = console.read_document(spec)
+    name = options.lab_of(document, lab, lab_name)
+    swarm = console.swarm_of(document, name)
+    if not swarm.overlay:
+        console.fail(f"{spec.first} has no WireGuard keys", "they belong to `security: sealed`")
+    pins = pin_file.read(spec, swarm.name, name)
+    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    way = transport()
+
+    def exchange(requests: Mapping[str, Mapping[str, Any]]) -> Any:
+        return exchanged(swarm.name, requests, targets, way)
+
+    return swarm, pins, exchange
+
+
+def show_errors(errors: Mapping[str, HostError], result: str) -> None:
+    """Prints the error of each host, and what comes of it."""
+    from swarmctl.views.escape import printable
+
+    for host, one in errors.items():
+        console.show(f"{host}  {one.kind.value}: {printable(one.message)}; it {result}", error=True)
+        if one.hint:
+            console.show(f"  help: {printable(one.hint)}", error=True)
+
+
+def end(errors: Mapping[str, HostError]) -> None:
+    """Exits with the code of the errors, if there are any."""
+    if errors:
+        reached = any(one.reached for one in errors.values())
+        raise typer.Exit(exit_codes.HOSTS_FAILED if reached else exit_codes.HOSTS_UNREACHABLE)

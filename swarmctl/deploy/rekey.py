@@ -1,0 +1,109 @@
+"""Changes the WireGuard keys of hosts, and takes a lost host's key from the others.
+
+Hosts keep the keys that they know outside of releases. First every peer knows the next key of a host, then
+the host changes to it, and only then the old one is retired: whatever ends on the way, both ends have a key
+in common, and the same command goes on from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from swarm_onboard.agent.messages import WireguardKeyAnswer
+from swarm_onboard.tunnel.keys import Keys, line, lines_of
+
+from swarmctl.remote.transport import HostError, Kind
+from swarmctl.swarm.resolved import Swarm
+from swarmctl.yamltext import hostlist
+
+Exchange = Callable[[Mapping[str, Mapping[str, Any]]], Mapping[str, WireguardKeyAnswer | HostError]]
+
+
+class PinnedKeys(Protocol):
+    """The operator's file of keys."""
+
+    text: str
+
+    @property
+    def keys(self) -> Keys:
+        """The keys in it."""
+
+    def add(self, lines: str) -> None:
+        """Joins lines to it, on the disk."""
+
+
+@dataclass(frozen=True)
+class Rekeyed:
+    """The hosts that have ``changed`` their key; those that have ``kept`` it, and why; those that do not know
+    all keys and which are retired, and why."""
+
+    changed: tuple[str, ...]
+    kept: Mapping[str, HostError]
+    behind: Mapping[str, HostError]
+
+
+def members(swarm: Swarm) -> list[str]:
+    """Returns the hosts that have WireGuard, in the order of the spec, without those that were expelled."""
+    inside = {name for island in swarm.islands for name in island.hosts}
+    return [name for name in swarm.hosts if name in inside and name not in swarm.expelled]
+
+
+def rekey(swarm: Swarm, chosen: Iterable[str], pins: PinnedKeys, exchange: Exchange) -> Rekeyed:
+    """Has each host make a key and change to it once all its peers know it."""
+    following, kept = _next_keys(exchange({host: {"make_next": True} for host in chosen}), pins.keys.live)
+    pins.add("".join(line(host, key) for host, key in following.items()))
+    behind = _inform(swarm, pins, exchange)
+    for host in following:
+        waits = sorted(behind.keys() & swarm.peers.get(host, frozenset()))
+        if host in behind or waits:
+            kept[host] = behind.get(host) or HostError(
+                Kind.HELD,
+                f"{hostlist.written(waits)} does not know its next key",
+                "run the same command again once it answers; or `swarmctl expel` it if it is lost",
+            )
+    done = exchange({host: {"use": key} for host, key in following.items() if host not in kept})
+    kept |= _errors(done)
+    changed = tuple(host for host in done if host not in kept)
+    live = pins.keys.live
+    old = [(host, key) for host in changed for key in live[host] if key != following[host]]
+    pins.add("".join(line(host, key, retired=True) for host, key in old))
+    return Rekeyed(changed, kept, {**behind, **(_inform(swarm, pins, exchange) if old else {})})
+
+
+def expel(swarm: Swarm, lost: str, pins: PinnedKeys, exchange: Exchange) -> Mapping[str, HostError]:
+    """Retires every key of a host, here and on all others. Returns the errors of those that accept it yet."""
+    pins.add("".join(line(lost, key, retired=True) for key in pins.keys.live.get(lost, ())))
+    return _inform(swarm, pins, exchange, expel=lost)
+
+
+def _next_keys(
+    found: Mapping[str, WireguardKeyAnswer | HostError], live: Mapping[str, tuple[str, ...]]
+) -> tuple[dict[str, str], dict[str, HostError]]:
+    """The key to which each host changes; one that an earlier run has changed has it already."""
+    following, kept = {}, {}
+    for host, one in found.items():
+        own = live.get(host, ())
+        if isinstance(one, HostError):
+            kept[host] = one
+        elif one["public"] not in own:
+            kept[host] = HostError(
+                Kind.REFUSED, "its WireGuard key is not the pinned one", "`swarmctl trust` compares the keys"
+            )
+        else:
+            following[host] = one["next"] if one["public"] == own[0] else one["public"]
+    return following, kept
+
+
+def _inform(swarm: Swarm, pins: PinnedKeys, exchange: Exchange, **more: str) -> dict[str, HostError]:
+    """Sends every host the keys of its peers. Returns the errors."""
+    hosts = [host for host in members(swarm) if host not in more.values()]
+    requests = {
+        host: {"known": lines_of(pins.text, (host, *swarm.peers.get(host, ()))), **more} for host in hosts
+    }
+    return _errors(exchange(requests))
+
+
+def _errors(found: Mapping[str, WireguardKeyAnswer | HostError]) -> dict[str, HostError]:
+    return {host: one for host, one in found.items() if isinstance(one, HostError)}
