@@ -56,7 +56,7 @@ busy: $(VENV)/.dev ## the fast tests beside 8 busy processes: none may fail for 
 power-cuts: $(VENV)/.dev power-tools ## cut the power of a host at every system call of its changes, and look after the next boot (needs root)
 	$(SUDO) $(BIN)/python -m tests.power $(POWER_ARGS)
 
-experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
+experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times; SWARM_SECURITY=sealed for sealed ones (needs root)
 	$(BIN)/pytest -m lab tests/e2e/test_paper.py $(PYTEST_ARGS)
 
 motion: $(VENV)/.run ## motion commanded against motion driven, with the papers' formulas; writes docs/motion-quality.md

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -24,7 +25,7 @@ from tests.e2e.lab_swarm import (
     quoted,
     until,
 )
-from tests.loading import load_swarm
+from tests.e2e.security_level import pinned, secured_spec
 from tests.timing import PATIENCE
 
 EXAMPLES = ROOT / "examples"
@@ -125,6 +126,14 @@ class Experiment:
         until(lambda: refusal in self.lab.diagnosis(received_on, robot), "nothing is refused")
         assert self.ways()[robot] == before, f"{robot} has moved"
 
+    def guard_refuses(self, robot: str, host: str, master: str) -> None:
+        """Wait until the guard of ``master`` refuses a publisher of ``host``; ``robot`` stands meanwhile."""
+        before, topic = self.ways()[robot], self.spec.command_topics[robot].topic
+        journal = "sudo journalctl -o cat -u swarm-newswarm.master"
+        refusal = re.compile(rf"refused: registerPublisher \S+ {topic} from \S+ \({host}\)")
+        until(lambda: refusal.search(self.lab.shell(master, journal)), "nothing is refused")
+        assert self.ways()[robot] == before, f"{robot} has moved"
+
     def receives_nothing(self, robot: str, *, published_on: str, home: str) -> None:
         """A command published on another island never reaches the master of the robot's island."""
         topic = self.spec.command_topics[robot].topic
@@ -145,15 +154,17 @@ def conducted(
     folder, short = workplace / name, name[: len("paper-1")]
     folder.mkdir()
     began = time.monotonic()
-    with lab_of(f"{short}-{os.getpid()}", EXAMPLES / name / "swarm.yaml", folder) as swarm:
-        spec, _ = load_swarm(swarm.spec)
-        assert spec is not None
+    spec = secured_spec(EXAMPLES / name / "swarm.yaml", folder)
+    with lab_of(f"{short}-{os.getpid()}", spec, folder) as swarm:
         up = time.monotonic() - began
         prepare(swarm)
+        pinned(swarm)
         deploy = swarm.timed_deploy()
         assert deploy.status == 0, deploy.out + deploy.err
         healthy = seconds_to_health(swarm)
-        yield Experiment(swarm, spec, {"lab up": up, "deployed": deploy.seconds, "then healthy": healthy})
+        yield Experiment(
+            swarm, swarm.swarm, {"lab up": up, "deployed": deploy.seconds, "then healthy": healthy}
+        )
 
 
 def seconds_to_health(swarm: LabSwarm, spec: Path | None = None) -> float:

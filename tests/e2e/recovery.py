@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tests.e2e.lab_swarm import LabSwarm, lab_of, moves, until
+from tests.e2e.security_level import pinned, secured
 from tests.timing import Promise
 
 LONGEST = 40.0  # s, promised until a swarm is whole again
@@ -63,7 +64,7 @@ def lab_of_isles(workplace: Path, mode: str) -> Iterator[LabSwarm]:
     """A lab of the hosts and robots of ``SPECS[mode]``."""
     folder = Path(tempfile.mkdtemp(prefix="rec-", dir=workplace))
     spec = folder / f"{mode}.yaml"
-    spec.write_text(SPECS[mode])
+    spec.write_text(secured(SPECS[mode]))
     with lab_of(f"{mode[:3]}-{os.getpid()}", spec, folder) as swarm:
         yield swarm
 
@@ -71,7 +72,8 @@ def lab_of_isles(workplace: Path, mode: str) -> Iterator[LabSwarm]:
 def deployed(swarm: LabSwarm, name: str, text: str) -> Path:
     """Bring the lab to what a spec says."""
     spec = swarm.folder / f"{name}.yaml"
-    spec.write_text(text)
+    spec.write_text(secured(text))
+    pinned(swarm, spec)
     run = swarm.deploy(spec)
     assert run.status == 0, run.out + run.err
     return spec

@@ -16,6 +16,7 @@ from tests.e2e.conducted import Conducted
 from tests.e2e.experiment import EXAMPLES, Experiment
 from tests.e2e.lab_swarm import HOME, LEADER, LabSwarm, Note, moves, until
 from tests.e2e.ros_peers import roswtf
+from tests.e2e.security_level import GUARDED, LEVEL
 from tests.timing import Promise
 
 
@@ -51,12 +52,18 @@ class TestSingleMinded(OnMasters):
         assert experiment.lab.shell("desktop", "pgrep -a python3 || true") == ""
 
     def test_a_command_from_another_computer_moves_nothing(self, experiment: Experiment) -> None:
-        """Whoever names the leader's master joins its graph; the drivers reject its commands."""
+        """Whoever names the leader's master joins its graph; the drivers reject its commands.
+
+        In a filtered swarm the firewall drops its packets before.
+        """
         hosts = experiment.spec.hosts
         uri = experiment.spec.master_uri(experiment.spec.islands[0])
         joined = f"export ROS_MASTER_URI={uri} ROS_IP={hosts['desktop'].address}"
         with experiment.lab.publishing("desktop", "k3", 0.1, source=joined):
-            experiment.refuses("k3", LEADER)
+            if LEVEL in GUARDED:
+                experiment.stands("k3")
+            else:
+                experiment.refuses("k3", LEADER)
 
     def test_all_robots_stand_before_a_deploy_stops_any_unit(
         self, experiment: Experiment, note: Note
@@ -95,8 +102,12 @@ class TestLeader(OnMasters):
     def test_a_command_that_is_not_the_joysticks_moves_nothing(
         self, experiment: Experiment, host: str
     ) -> None:
+        """In a filtered swarm the guard of the master refuses what comes from a host of no commander."""
         with experiment.lab.publishing(host, "epuck", 0.05):
-            experiment.refuses("epuck", "epuck-pi")
+            if LEVEL in GUARDED and host != LEADER:
+                experiment.guard_refuses("epuck", host, LEADER)
+            else:
+                experiment.refuses("epuck", "epuck-pi")
 
 
 class TestCentral(OnMasters):

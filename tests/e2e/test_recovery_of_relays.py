@@ -18,6 +18,7 @@ from tests.e2e.dead_man import Watch, from_within
 from tests.e2e.lab_needs import skip_without_wheels
 from tests.e2e.lab_swarm import LabSwarm, lab_of, moves, quoted, until
 from tests.e2e.recovery import LONGEST, standing, whole
+from tests.e2e.security_level import pinned, secured_spec
 from tests.timing import Promise
 
 pytestmark = pytest.mark.slow
@@ -54,9 +55,10 @@ def swarm(workplace: Path) -> Iterator[LabSwarm]:
     skip_without_wheels(SPEC)
     folder = workplace / "rec-relay"
     folder.mkdir()
-    with lab_of(f"rec-rel-{os.getpid()}", SPEC, folder) as swarm:
+    with lab_of(f"rec-rel-{os.getpid()}", secured_spec(SPEC, folder), folder) as swarm:
         for name, text in FILES.items():
             swarm.shell(DESK, f"printf %s {quoted(text)} | sudo install -D /dev/stdin /opt/ros/jazzy/{name}")
+        pinned(swarm)
         run = swarm.deploy()
         assert run.status == 0, run.out + run.err
         yield swarm

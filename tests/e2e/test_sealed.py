@@ -133,6 +133,21 @@ def test_a_host_without_wireguard_is_unhealthy(sealed: LabSwarm) -> None:
     sealed.shell("k3-pi", f"sudo systemctl start {UNIT}")
 
 
+@pytest.mark.parametrize("step", [-1000, 1000])
+def test_a_clock_that_was_set_is_the_cause_of_what_it_makes_old(sealed: LabSwarm, step: int) -> None:
+    """The handshakes of the lab stay, as does its clock; ages on the host are wrong."""
+    lab = ("--name", sealed.name)
+    assert (
+        sealed.run("lab", "fault", "clock", str(sealed.spec), "k3-pi", "--step", str(step), *lab).status == 0
+    )
+    try:
+        found = sealed.findings()
+    finally:
+        assert sealed.run("lab", "repair", str(sealed.spec), "k3-pi", *lab).status == 0
+    assert found["wireguard k3-pi koala-laptop"]["cause"] == "clock k3-pi"
+    assert {one["cause"] or key for key, one in found.items()} == {"clock k3-pi"}
+
+
 def test_the_swarm_drives_and_stands_with_new_keys(sealed: LabSwarm) -> None:
     before = keys_of(sealed)
     with sealed.driving(LEADER, "k3", 0.1):

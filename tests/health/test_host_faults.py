@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from swarm_onboard.host_checks import disk, memory
+from swarm_onboard.host_checks import disk, memory, wireguard
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.observations import ChangeSeen, DriftSeen, LoadSeen
@@ -33,6 +33,7 @@ from tests.health.swarm_values import (
 LOST = HostError(Kind.LOST, "the connection died")
 WRONG_KEY = HostError(Kind.HOST_KEY, "the key is not the pinned one")
 
+NO_HANDSHAKE = wireguard.Seen(LAPTOP, -1.0)
 AT_BOOT = "/etc/systemd/system/multi-user.target.wants"
 CHANGE = ChangeSeen("applying", "anna", 0.0, "", None)
 DISK = disk.Seen("/", "/opt/swarm", 4 << 30, 16 << 30, 100_000, read_only=False)
@@ -215,6 +216,12 @@ FAULTS = {
         healthy=True,
         message="61.1 s behind the other hosts' clock",
     ),
+    "clock of an old time, whose handshakes WireGuard refuses": Fault(
+        K3_PI,
+        changed(clock_ahead=-61.0, checks={"wireguard": (NO_HANDSHAKE,)}),
+        {f"clock {K3_PI}": ("warning", [f"wireguard {K3_PI} {LAPTOP}"])},
+        message="61.1 s behind the hub's clock",
+    ),
 }
 
 
@@ -234,6 +241,16 @@ def test_only_edits_have_something_to_lose(drift: DriftSeen, hint: str) -> None:
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS.keys())
 def test_a_fault_is_reported_with_its_symptoms(fault: Fault) -> None:
     check(fault)
+
+
+@pytest.mark.parametrize(("ahead", "below"), [(-61.0, True), (61.0, False)])
+def test_an_old_clock_explains_what_peers_lack(ahead: float, below: bool) -> None:
+    """WireGuard accepts a handshake of a later time."""
+    answers = spoilt(K3_PI, changed(clock_ahead=ahead))
+    answers[LAPTOP] = replace(answers[LAPTOP], checks={"wireguard": (wireguard.Seen(K3_PI, -1.0),)})
+    lacks = f"wireguard {LAPTOP} {K3_PI}"
+    alone: dict[str, tuple[str, list[str]]] = {} if below else {lacks: ("bad", [])}
+    assert shape(diagnose(graph(), answers)) == {f"clock {K3_PI}": ("warning", [lacks] * below), **alone}
 
 
 def test_a_dead_host_costs_only_its_row() -> None:

@@ -23,7 +23,19 @@ def compare(found: Findings, context: CheckContext) -> None:
                 elif judged.peer and judged.peer not in context.answers:
                     continue  # why it does not answer is a finding of its own
                 verdict = Verdict(State(judged.state), judged.message, judged.hint)
-                found.add(name, " ".join(filter(None, (host.name, judged.about))), verdict, host=host)
+                subject = " ".join(filter(None, (host.name, judged.about)))
+                found.add(name, subject, verdict, host=host, after=_clocks(context, host.name, judged.peer))
+
+
+def _clocks(context: CheckContext, host: str, peer: str) -> list[str]:
+    """Returns the keys of the clocks that may explain a missing handshake: WireGuard refuses an old time.
+
+    The age of a handshake is wrong as well where the host's own clock was set.
+    """
+    if not peer:
+        return []
+    ahead = {one: context.answers[one].clock_ahead or 0.0 for one in (host, peer)}
+    return [f"clock {one}" for one in (host, peer) if one == host or ahead[peer] < ahead[host]]
 
 
 def _accepts(lost: str) -> Judged:

@@ -96,7 +96,7 @@ def test_the_key_reaches_wg_by_standard_input_alone(bench: Bench) -> None:
         "ip link add dev lo type wireguard",
         "wg setconf lo /dev/stdin",
         "ip address replace 10.9.0.1/16 dev lo",
-        "ip link set dev lo mtu 1420 up",
+        "ip link set dev lo mtu 1280 up",
         "ip link delete dev lo",
     ]
     assert (bench.folder / "given").read_text() == f"[Interface]\nPrivateKey = {KEY}\n{CONFIG}"

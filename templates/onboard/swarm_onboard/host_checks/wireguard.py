@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 TABLE = (
     (
         "a host of a sealed swarm had no handshake with a peer for 3 minutes, and the peer answers `status`",
-        "unhealthy: nothing of ROS passes between the two",
+        "unhealthy: nothing of ROS passes between the two; below the clock of one that is behind",
     ),
     ("a host has a live key of a peer that was expelled", "unhealthy: it accepts what that one sends"),
 )

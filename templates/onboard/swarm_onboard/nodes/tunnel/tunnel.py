@@ -62,7 +62,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description="Make the WireGuard interface of a swarm on this host.")
     parser.add_argument("--interface", required=True, help="its name, such as wg-lab")
     parser.add_argument("--address", required=True, help="the host's address in it, such as 10.200.3.7/16")
-    parser.add_argument("--mtu", type=int, default=1420, help="the largest packet in it, bytes")
+    parser.add_argument("--mtu", type=int, default=1280, help="the largest packet in it, bytes")
     parser.add_argument("--peers", type=Path, required=True, help="JSON file of the release: who they are")
     parser.add_argument("--keys", type=Path, required=True, help="file with the public keys of hosts")
     parser.add_argument("--key", type=Path, required=True, help="file with the private key")
