@@ -54,7 +54,7 @@ def _start(what: Start) -> str:
 
 def _duration(span: Span) -> str:
     if span.seconds is None:
-        return "until now" if span.ongoing else "end not recorded"
+        return "no end yet" if span.ongoing else "end not recorded"
     seconds = round(span.seconds)
     if seconds < _MINUTE:
         return f"{seconds} s"

@@ -155,6 +155,16 @@ def test_a_line_that_is_being_written_is_left_out(record: Path, read: Read) -> N
     assert read() == exit_codes.OK
 
 
+@pytest.mark.usefixtures("record")
+def test_a_head_that_cannot_be_stored_is_an_error(read: Read, capsys: pytest.CaptureFixture[str]) -> None:
+    journal.folder("newswarm").parent.mkdir(parents=True)
+    journal.folder("newswarm").write_text("no folder")
+    assert read() == exit_codes.ERROR
+    found = capsys.readouterr()
+    assert "3 entries, unchanged" in found.out
+    assert "newswarm" in found.err
+
+
 @pytest.mark.usefixtures("host")
 def test_a_host_without_records_lists_nothing(read: Read, capsys: pytest.CaptureFixture[str]) -> None:
     assert read("--json") == exit_codes.OK

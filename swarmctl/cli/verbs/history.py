@@ -104,8 +104,6 @@ def _print_commands(
     found, errors = _results(names, read)
     records = {(host, robot): one for host, all_ in found.items() for robot, one in all_.robots.items()}
     listed, changes = events(records), runs({host: one.changes for host, one in found.items()})
-    if not in_lab:
-        _remember(place, found)
     if json:
         console.print_json({
             "v": 1, "swarm": swarm, "commands": [one.to_json() for one in listed],
@@ -117,6 +115,11 @@ def _print_commands(
         })  # fmt: skip
     else:
         console.out().print(table(listed, changes, records, errors))
+    if not in_lab:
+        try:
+            _remember(place, found)
+        except OSError as error:
+            console.fail(console.cannot_write(error, place))
     broken = any(one.problem for one in records.values())
     raise typer.Exit(exit_codes.HOSTS_FAILED if broken else _code(errors))
 

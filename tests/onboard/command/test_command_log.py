@@ -88,15 +88,16 @@ def test_an_end_is_written_while_nobody_commands(tmp_path: Path, monkeypatch: py
 
 
 def test_only_what_is_obeyed_is_recorded(tmp_path: Path) -> None:
-    log, commands = CommandLog(tmp_path, STARTED), CommandMailbox()
-    gate = CommandGate(Authority([Commander("laptop", 0, addresses=("10.0.0.1",))], 0.5), commands, log)
+    log, commands, now = CommandLog(tmp_path, STARTED), CommandMailbox(), [0.0]
+    authority = Authority([Commander("laptop", 0, addresses=("10.0.0.1",))], 0.5)
+    gate = CommandGate(authority, commands, log, lambda: now[0])
     still = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
     gate.give("/stranger", "10.0.0.9", *still)
-    commands.hold(held=True)
     gate.give("/joystick", "10.0.0.1", *still)
-    commands.hold(held=False)
     gate.give("/other", "10.0.0.1", *still)  # behind the joystick, which holds the robot
-    gate.give("/joystick", "10.0.0.1", *still)
+    commands.hold(held=True)
+    now[0] += 1.0
+    gate.give("/other", "10.0.0.1", *still)
     log.close()
     found = [one for one in read(text_of(tmp_path), None).events if isinstance(one, Span)]
     assert [(one.commander, one.node) for one in found] == [("laptop", "/joystick")]
@@ -144,14 +145,20 @@ def small_files() -> Iterator[None]:
 def test_a_full_disk_is_reported_and_leaves_no_half_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    attempts: list[object] = []
+    write = RecordFile.append
+    monkeypatch.setattr(RecordFile, "append", lambda *one: (attempts.append(one), write(*one)))
     monkeypatch.setattr(command_log, "_RETRY", 0.01)
     log = CommandLog(tmp_path, STARTED)
     gate = CommandGate(Authority([], 0.5), CommandMailbox(), log)
     wait_for(log.trouble)
     assert gate.standing().complaint == "commands are not recorded: File too large"
     assert text_of(tmp_path) == ""
-    for number in range(100):
-        log.admitted("laptop", Sender(f"/n{number}"))
+    for part in range(2):
+        for number in range(100):
+            log.admitted("laptop", Sender(f"/{part}/{number}"))
+        before = len(attempts)
+        wait_for(lambda before=before: len(attempts) > before + 1)
     resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     wait_for(lambda: not log.trouble())
     log.close()
@@ -159,7 +166,7 @@ def test_a_full_disk_is_reported_and_leaves_no_half_line(
     assert found.problem == ""
     (note,) = found.notes
     assert note.endswith("entries before entry 1 could not be written")
-    assert int(note.split()[0]) + found.head.number == 1 + 2 * 100
+    assert int(note.split()[0]) + found.head.number == 1 + 2 * 200
 
 
 def test_a_disk_that_hangs_holds_up_no_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
