@@ -125,7 +125,7 @@ _BRING = (
     ),
     Verb(
         "history",
-        "List the runs that changed the hosts, from their logs.",
+        "List the runs that changed the hosts, or who commanded their robots.",
         HOSTS_FAILED,
         HOSTS_UNREACHABLE,
         example="history swarm.yaml",

@@ -23,7 +23,7 @@ def history_text(runs: Sequence[Run], errors: Mapping[str, HostError], width: in
         when = datetime.fromtimestamp(run.time, tz=timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
         head = Text.assemble((run.name[:_SHOWN], "bold"), f"  {when}  {printable(run.who) or 'someone'}")
         text.append_text(wrapped(head, width, 2)).append("\n")
-        for result, hosts in _results(run).items():
+        for result, hosts in results(run).items():
             text.append_text(wrapped(Text(f"  {hostlist.written(hosts)}  {result}"), width, 4)).append("\n")
     if not runs and not errors:
         text.append("no host was changed yet\n")
@@ -34,7 +34,8 @@ def history_text(runs: Sequence[Run], errors: Mapping[str, HostError], width: in
     return text
 
 
-def _results(run: Run) -> Mapping[str, list[str]]:
+def results(run: Run) -> Mapping[str, list[str]]:
+    """Returns what a run did, each with the hosts where it did that."""
     found: dict[str, list[str]] = {}
     for host, one in run.changes.items():
         if one["state"] == FORGOTTEN:

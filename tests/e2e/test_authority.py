@@ -6,7 +6,8 @@ import time
 
 import pytest
 
-from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, Note, quoted, until
+from swarmctl.cli import exit_codes
+from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, Note, Run, quoted, until
 from tests.timing import Promise
 
 STRANGER = "epuck-pi"
@@ -103,3 +104,31 @@ def test_the_higher_commander_takes_over_and_releases_by_its_silence(
             back = until(lambda: goes(LOW), "k3 is not given back")
         promise("k3 goes back to its lower commander after SIGKILL of the higher", back, 1)
     swarm.seconds_to_standstill("k3")
+
+
+def test_who_drove_is_recorded_and_an_edit_of_it_is_named(swarm: LabSwarm) -> None:
+    def commands() -> Run:
+        return swarm.swarmctl("history", "--commands", "--json", "--limit", "k3-pi")
+
+    with swarm.driving(LEADER, "k3", LOW) as publisher:
+        node = f"/rostopic_{publisher.pid}_"
+        found = commands()
+    assert found.status == 0, found.out + found.err
+    span = [one for one in found.json()["commands"] if one["event"] == "commanded"][-1]
+    assert (span["robot"], span["commander"], span["ongoing"]) == ("k3", LEADER, True)
+    assert span["node"].startswith(node)
+    swarm.shell("k3-pi", "sudo systemctl restart swarm-newswarm.k3")  # the end of the program ends its spans
+    until(lambda: commands().json()["commands"][-1]["event"] == "started", "its start is not recorded")
+    *_, ended, started = commands().json()["commands"]
+    assert ended["node"] == span["node"]
+    assert ended["seconds"] is not None
+    assert started["commanders"] == [f"{LEADER} (priority 0)"]
+
+    record = "/var/lib/swarm-commands/newswarm/k3/commands.jsonl"
+    swarm.shell("k3-pi", f'sudo sed -i \'1s/"time": ./"time": 9/\' {record}')
+    edited = commands()
+    assert edited.status == exit_codes.HOSTS_FAILED
+    (state,) = edited.json()["records"]
+    assert "entry 2 does not follow entry 1" in state["problem"]
+    swarm.shell("k3-pi", f"sudo rm {record} && sudo systemctl restart swarm-newswarm.k3")
+    until(lambda: commands().status == 0, "a new record is not sound")

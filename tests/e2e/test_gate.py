@@ -178,6 +178,10 @@ def test_a_fresh_deploy_is_healthy_and_its_pilot_drives(fleet: LabSwarm) -> None
     until(lambda: moves(fleet.robot(LAUNCHED)), "the pilot's robot does not move")
     recovers(fleet)
     assert "commanded by pilot (/pilot)" in fleet.swarmctl("status").out
+    found = fleet.swarmctl("history", "--commands", "--json").json()
+    spans = [one for one in found["commands"] if one["event"] == "commanded"]
+    assert {(one["robot"], one["commander"]) for one in spans} == {(LAUNCHED, "pilot")}
+    assert {one["problem"] for one in found["records"]} == {""}
 
 
 def test_the_limits_of_the_spec_hold_at_the_wheels(fleet: LabSwarm) -> None:

@@ -75,6 +75,7 @@ FITTING: dict[str, Any] = {
     "history": {
         "entries": [ENTRY], "release": None, "secrets": "", "releases": [], "secret_sets": [], "last": "",
     },
+    "command_record": {"robots": ["k3"], "text": "{}\n"},
     "logs": {
         "clock": 1.0, "cursor": "", "cut": False,
         "entries": [{"time": 1.0, "unit": "k3.service", "priority": 6, "message": "m"}],

@@ -10,6 +10,7 @@ from dataclasses import replace
 import pytest
 from swarm_onboard.command.authority import Authority, Commander
 from swarm_onboard.command.command_gate import CommandGate
+from swarm_onboard.command.command_log import CommandLog
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.limits import STANDSTILL, Velocity
 from swarm_onboard.command.report import Level
@@ -50,7 +51,10 @@ class Bench:
         self.connected = 1
         self.commands = CommandMailbox(lambda: self.now)
         self.senders = CommandGate(
-            Authority(CONFIG.commanders, CONFIG.command_timeout), self.commands, lambda: self.now
+            Authority(CONFIG.commanders, CONFIG.command_timeout),
+            self.commands,
+            CommandLog(None, {}),
+            lambda: self.now,
         )
         self.gate = Gate(
             CONFIG, self.commands, self, standing=self.senders.standing, wiring=lambda: self.wiring,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Mapping
 
 from .cost_messages import CostsAnswer
-from .history_messages import HistoryAnswer
+from .history_messages import CommandRecordAnswer, HistoryAnswer
 from .host_list_messages import HostListAnswer
 from .log_messages import LogsAnswer
 from .messages import (
@@ -32,6 +32,7 @@ ANSWERS: Mapping[str, type] = {
     "apply": ApplyAnswer,
     "rollback": ApplyAnswer,
     "history": HistoryAnswer,
+    "command_record": CommandRecordAnswer,
     "logs": LogsAnswer,
     "hold": HoldAnswer,
     "confirm": ConfirmAnswer,

@@ -1,4 +1,4 @@
-"""Requests and answers of ``history`` and ``rollback``; see ``messages``."""
+"""Requests and answers of ``history``, ``command_record`` and ``rollback``; see ``messages``."""
 
 from __future__ import annotations
 
@@ -62,3 +62,18 @@ class HistoryAnswer(HistoryAlways, total=False):
     """``units``: with ``to`` only."""
 
     units: UnitsBack
+
+
+class CommandRecordRequest(TypedDict):
+    """Who commanded ``robot``; empty for the names of the robots alone."""
+
+    verb: Literal["command_record"]
+    swarm: str
+    robot: str
+
+
+class CommandRecordAnswer(TypedDict):
+    """``robots``: those with a record on the host; ``text``: the lines of one (see ``record_chain``)."""
+
+    robots: list[str]
+    text: str

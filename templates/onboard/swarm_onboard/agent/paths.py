@@ -9,6 +9,8 @@ AGENT_FOLDER = ROOT + "/.agent"
 KEPT = "/etc/swarm"
 #: The bags of each swarm, which stay when it is removed.
 BAGS = "/var/lib/swarm-bags"
+#: The records of who commanded the robots of each swarm; the StateDirectory of their units, which stays, too.
+COMMANDS = "/var/lib/swarm-commands"
 
 LINK_FOLDERS = ("/etc/systemd/system", "/etc/udev/rules.d", "/etc/NetworkManager/conf.d")
 BLOCK_FILES = ("/etc/hosts", "/etc/chrony/chrony.conf")

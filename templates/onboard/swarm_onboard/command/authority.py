@@ -138,7 +138,7 @@ class Authority:
 
     def admits(self, sender: Sender, now: float) -> bool:
         """Whether a command that ``sender`` sends at ``now`` is accepted."""
-        commander = next((one for one in self._commanders if one.includes(sender)), None)
+        commander = self._commander(sender)
         if commander is None:
             return self._refuse(sender, now)
         hold = self._holds.get(commander.priority)
@@ -154,7 +154,15 @@ class Authority:
 
     def admits_setting(self, sender: Sender, now: float) -> bool:
         """Whether ``sender`` may set lights and other actuators: each commander may at any time."""
-        return any(one.includes(sender) for one in self._commanders) or self._refuse(sender, now)
+        return self._commander(sender) is not None or self._refuse(sender, now)
+
+    def commander_name(self, sender: Sender) -> str:
+        """Returns the name of the commander that ``sender`` is a node of; empty for a stranger."""
+        commander = self._commander(sender)
+        return commander.name if commander is not None else ""
+
+    def _commander(self, sender: Sender) -> Commander | None:
+        return next((one for one in self._commanders if one.includes(sender)), None)
 
     def standing(self, now: float) -> Standing:
         """Returns who is obeyed and who was refused at ``now``."""

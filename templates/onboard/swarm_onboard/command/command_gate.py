@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import threading
 import time
+from dataclasses import replace
 from typing import Callable, Sequence
 
 from swarm_onboard.command.authority import Authority, Sender, Standing
+from swarm_onboard.command.command_log import CommandLog
 from swarm_onboard.command.command_mailbox import CommandMailbox
 
 _LONGEST_NAME = 200
@@ -16,10 +18,15 @@ class CommandGate:
     """The one way for commands from other nodes, in whichever thread they arrive."""
 
     def __init__(
-        self, authority: Authority, commands: CommandMailbox, clock: Callable[[], float] = time.monotonic
+        self,
+        authority: Authority,
+        commands: CommandMailbox,
+        log: CommandLog,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._authority = authority
         self._commands = commands
+        self._log = log
         self._clock = clock
         self._lock = threading.Lock()
 
@@ -34,6 +41,8 @@ class CommandGate:
         with self._lock:
             if self._authority.admits(sender, self._clock()):
                 self._commands.put(linear, angular, arrived)
+                if not self._commands.held:
+                    self._log.admitted(self._authority.commander_name(sender), sender)
 
     def admits_setting(self, node: str, host: str | None) -> bool:
         """Returns True if a node may set lights and other actuators."""
@@ -41,6 +50,8 @@ class CommandGate:
             return self._authority.admits_setting(Sender(node[:_LONGEST_NAME], host), self._clock())
 
     def standing(self) -> Standing:
-        """Returns who is obeyed and who was refused."""
+        """Returns who is obeyed and who was refused; the complaint has why nothing is recorded, too."""
         with self._lock:
-            return self._authority.standing(self._clock())
+            standing = self._authority.standing(self._clock())
+        trouble = self._log.trouble()
+        return replace(standing, complaint="; ".join(filter(None, (standing.complaint, trouble))))

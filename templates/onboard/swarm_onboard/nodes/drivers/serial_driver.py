@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Callable
 from swarm_onboard.command import runner
 from swarm_onboard.command.authority import Authority
 from swarm_onboard.command.command_gate import CommandGate
+from swarm_onboard.command.command_log import command_log
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.report import Level
 from swarm_onboard.command.reporter import Reporter
@@ -57,7 +58,9 @@ class DriverNode:
         self.commands = CommandMailbox()
         self._latch = StopLatch(config.stop_file, self.commands)
         self._config = config
-        self._senders = CommandGate(Authority(config.commanders, config.command_timeout), self.commands)
+        self._log = command_log(config.commanders)
+        authority = Authority(config.commanders, config.command_timeout)
+        self._senders = CommandGate(authority, self.commands, self._log)
         self._news = News(notifier)
         self._outputs = ActuatorSettings(config.actuators, self.commands.ring)
         self._relay = BoardRelay(Mailbox(self.commands.ring))
@@ -89,6 +92,7 @@ class DriverNode:
         return node
 
     def leave(self) -> None:
+        self._log.close()
         self._news.leave()
 
 

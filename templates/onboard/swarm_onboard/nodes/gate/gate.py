@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Callable
 from swarm_onboard.command import runner
 from swarm_onboard.command.authority import Authority
 from swarm_onboard.command.command_gate import CommandGate
+from swarm_onboard.command.command_log import command_log
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.limits import Velocity
 from swarm_onboard.command.reporter import Reporter
@@ -56,7 +57,9 @@ class GateNode:
         self.commands = CommandMailbox()
         self._latch = StopLatch(config.stop_file, self.commands)
         self._config = config
-        self._senders = CommandGate(Authority(config.commanders, config.command_timeout), self.commands)
+        self._log = command_log(config.commanders)
+        authority = Authority(config.commanders, config.command_timeout)
+        self._senders = CommandGate(authority, self.commands, self._log)
         self._wiring = WiringWatch(config)
         self._output = Output(notifier)
         self._odometry = OdometryWatch(config.odometry) if config.odometry else None
@@ -92,6 +95,7 @@ class GateNode:
         return node
 
     def leave(self) -> None:
+        self._log.close()
         self._output.leave()
 
 

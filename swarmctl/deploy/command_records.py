@@ -1,0 +1,55 @@
+"""Reads the records of who commanded the robots from their hosts, and checks each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from swarm_onboard.agent.history_messages import ChangeEntry, CommandRecordAnswer, CommandRecordRequest
+from swarm_onboard.common.record_chain import Head
+
+from swarmctl.deploy.histories import history
+from swarmctl.plan.command_history import Record, read
+from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote.parallel_hosts import Event
+from swarmctl.remote.transport import AgentSession, Session, Target, Transport
+
+_VERBS = ("history", "command_record")
+_MOST_ROBOTS = 100  # of one host
+
+
+@dataclass(frozen=True)
+class HostRecords:
+    """What a host has recorded: its changes, and its robots' records by name."""
+
+    changes: list[ChangeEntry]
+    robots: Mapping[str, Record]
+
+
+def command_records(
+    swarm: str,
+    targets: list[Target],
+    transport: Transport,
+    seen: Mapping[str, Mapping[str, Head]],
+    *,
+    parallel: int,
+) -> Iterator[Event[HostRecords]]:
+    """Reads the records of every host. ``seen``: heads that were read before, by host and robot.
+
+    Yields events.
+    """
+
+    def work(session: Session, target: Target, note: object) -> HostRecords:
+        with agent_client.agent_session(session, verbs=_VERBS) as host:
+            before = seen[target.host]
+            names = sorted({*_ask(host, swarm, "")["robots"][:_MOST_ROBOTS], *before})
+            robots = {name: read(_ask(host, swarm, name)["text"], before.get(name)) for name in names}
+            return HostRecords(history(host, swarm)["entries"], robots)
+
+    return parallel_hosts.run(targets, work, transport=transport, parallel=parallel)
+
+
+def _ask(host: AgentSession, swarm: str, robot: str) -> CommandRecordAnswer:
+    request: CommandRecordRequest = {"verb": "command_record", "swarm": swarm, "robot": robot}
+    answer: CommandRecordAnswer = host.request(request)
+    return answer

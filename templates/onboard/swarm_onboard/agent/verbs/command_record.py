@@ -1,0 +1,50 @@
+"""``command_record``: who commanded a robot of this host, as its driver or gate recorded it."""
+
+from __future__ import annotations
+
+import os
+import stat
+from contextlib import suppress
+
+from swarm_onboard.agent.paths import COMMANDS
+from swarm_onboard.agent.release_store import home_of
+from swarm_onboard.agent.rpc import Report
+from swarm_onboard.common.record_chain import FILE, FULL, OLDER
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from swarm_onboard.agent.history_messages import CommandRecordAnswer, CommandRecordRequest
+
+_LONGEST = FULL + (1 << 18)  # bytes; one write goes past the limit
+_MOST_ROBOTS = 1000
+
+
+def handle(request: CommandRecordRequest, payload: bytes, report: Report) -> CommandRecordAnswer:
+    """Returns the robots with a record, and the lines of that of ``robot``."""
+    home = home_of(request["swarm"])
+    folder = home.outside(f"{COMMANDS}/{home.swarm}")
+    robots: list[str] = []
+    with suppress(FileNotFoundError):
+        robots = sorted(os.listdir(folder))[:_MOST_ROBOTS]
+    text = _lines(os.path.join(folder, request["robot"])) if request["robot"] in robots else b""
+    return {"robots": robots, "text": text.decode("ascii", "backslashreplace")}
+
+
+def _lines(folder: str) -> bytes:
+    """The whole lines of a record; the last one may just be written."""
+    current, content = _content(os.path.join(folder, FILE))
+    older, before = _content(os.path.join(folder, OLDER))
+    # The newer file may have become the older one meanwhile.
+    whole = content if current == older else before + content
+    return whole[: whole.rfind(b"\n") + 1]
+
+
+def _content(path: str) -> tuple[int, bytes]:
+    """The inode and the content of a file that the account of a unit writes; no link is followed."""
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:
+        return 0, b""
+    with os.fdopen(descriptor, "rb") as file:
+        found = os.fstat(descriptor)
+        return found.st_ino, file.read(_LONGEST) if stat.S_ISREG(found.st_mode) else b""
