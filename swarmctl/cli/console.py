@@ -231,9 +231,9 @@ def swarm_of(document: Document, lab: str = "") -> Swarm:
         from swarmctl.lab.lab_wireguard_keys import keys_of
 
         swarm = replace(swarm, wireguard_keys=keys_of(lab))
-    if swarm.expelled:  # the others do without them
+    if swarm.keys.expelled:  # the others do without them
         hosts = {
-            name: replace(one, optional=one.optional or name in swarm.expelled)
+            name: replace(one, optional=one.optional or name in swarm.keys.expelled)
             for name, one in swarm.hosts.items()
         }
         swarm = replace(swarm, hosts=hosts)

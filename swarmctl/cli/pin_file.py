@@ -62,8 +62,7 @@ def read(spec: SpecFiles, swarm: str, lab: str) -> PinFile:
 def expelled(spec: SpecFiles, swarm: str, lab: str) -> frozenset[str]:
     """Returns the hosts whose every key is retired; none if the file cannot be read."""
     with suppress(OSError):
-        keys = _read(place(spec, swarm, lab)).keys
-        return frozenset(keys.retired.keys() - keys.live.keys())
+        return _read(place(spec, swarm, lab)).keys.expelled
     return frozenset()
 
 

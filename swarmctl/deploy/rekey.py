@@ -47,7 +47,7 @@ class Rekeyed:
 def members(swarm: Swarm) -> list[str]:
     """Returns the hosts that have WireGuard, in the order of the spec, without those that were expelled."""
     inside = {name for island in swarm.islands for name in island.hosts}
-    return [name for name in swarm.hosts if name in inside and name not in swarm.expelled]
+    return [name for name in swarm.hosts if name in inside and name not in swarm.keys.expelled]
 
 
 def rekey(swarm: Swarm, chosen: Iterable[str], pins: PinnedKeys, exchange: Exchange) -> Rekeyed:

@@ -142,7 +142,7 @@ def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGra
         places,
         swarm.use_sim_time,
         topics,
-        swarm.expelled,
+        swarm.keys.expelled,
     )
 
 

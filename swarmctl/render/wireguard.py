@@ -59,6 +59,6 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         requires={"wg": ("security",)},
         wireguard_keys=lines_of(swarm.wireguard_keys, (host.name, *(one.name for one in peers))),
         unpinned=tuple(
-            one.name for one in (host, *peers) if one.name not in {*swarm.keys.live, *swarm.expelled}
+            one.name for one in (host, *peers) if one.name not in {*swarm.keys.live, *swarm.keys.expelled}
         ),
     )

@@ -339,11 +339,6 @@ class Swarm:
         return Keys(self.wireguard_keys)
 
     @cached_property
-    def expelled(self) -> frozenset[str]:
-        """The hosts whose every WireGuard key is retired."""
-        return frozenset(self.hosts.keys() & self.keys.retired.keys() - self.keys.live.keys())
-
-    @cached_property
     def peers(self) -> Mapping[str, frozenset[str]]:
         """The other hosts with which the units of ROS of a host exchange packets, by host."""
         return peers_of(self.flows)

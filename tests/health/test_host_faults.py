@@ -253,6 +253,15 @@ def test_an_old_clock_explains_what_peers_lack(ahead: float, below: bool) -> Non
     assert shape(diagnose(graph(), answers)) == {f"clock {K3_PI}": ("warning", [lacks] * below), **alone}
 
 
+def test_a_host_that_accepts_an_expelled_one_is_unhealthy() -> None:
+    """The one that was expelled does not answer: swarmctl does not log in to it."""
+    answers = spoilt(K3_PI, changed(checks={"wireguard": (wireguard.Seen(LAPTOP, 5.0),)}))
+    answers[LAPTOP] = AWAY
+    found = diagnose(replace(graph(), expelled=frozenset({LAPTOP})), answers)
+    accepts = next(one for one in found.findings if one.key == f"wireguard {K3_PI} {LAPTOP}")
+    assert (accepts.state, accepts.message.startswith("its WireGuard accepts")) == (State.BAD, True)
+
+
 def test_a_dead_host_costs_only_its_row() -> None:
     found = diagnose(graph(), {**all_well(), K3_PI: AWAY})
     assert shape(found) == {f"host {K3_PI}": ("bad", ["robot k3"])}

@@ -136,6 +136,17 @@ def test_a_wrong_host_key_is_final(
     assert caught.value.kind is Kind.HOST_KEY
 
 
+@pytest.mark.parametrize("jump", [False, True], ids=["itself", "through it"])
+@pytest.mark.parametrize("choice", Choice)
+def test_nobody_logs_in_to_an_expelled_host(sshd: Sshd, choice: Choice, jump: bool) -> None:
+    """A thief would get the password of sudo."""
+    lost = replace(sshd.target(), expelled=True)
+    target = sshd.target(host="behind", jump=lost) if jump else lost
+    with pytest.raises(HostError, match="was expelled from the swarm") as refusal:
+        either([], choice=choice).connect(target).__enter__()
+    assert refusal.value.kind is Kind.UNREACHABLE
+
+
 def test_a_wrong_signature_of_the_host_is_final(sshd: Sshd, monkeypatch: pytest.MonkeyPatch) -> None:
     never(monkeypatch)
     monkeypatch.setattr(paramiko.Ed25519Key, "verify_ssh_sig", lambda *_: False)

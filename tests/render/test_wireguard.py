@@ -88,7 +88,7 @@ def test_an_expelled_host_needs_no_key(tmp_path: Path) -> None:
     retired = f"epuck-pi {key_of('epuck-pi')} retired\nother-pi {key_of('other-pi')} retired\n"
     swarm = sealed(tmp_path, "paper-leader", "koala-laptop", "k3-pi", more=retired)
     bundle = bundles(swarm)["k3-pi"]
-    assert (swarm.expelled, bundle.unpinned) == ({"epuck-pi"}, ())
+    assert (swarm.keys.expelled, bundle.unpinned) == ({"epuck-pi", "other-pi"}, ())
     assert Keys(bundle.wireguard_keys).retired == {
         host: (key_of(host),) for host in ("epuck-pi", "other-pi")
     }, "whatever release comes back has them retired"

@@ -19,13 +19,17 @@ _IN_NAMES = frozenset("abcdefghijklmnopqrstuvwxyz0123456789-")
 
 
 class Keys:
-    """The keys of each host, in the order of their lines: the ``live`` ones, and the ``retired`` ones."""
+    """The keys of each host, in the order of their lines: the ``live`` ones, and the ``retired`` ones.
+
+    Hosts that have none but retired ones are ``expelled``.
+    """
 
     def __init__(self, text: str = "") -> None:
         lines = [found for found in map(_parsed, text.splitlines()) if found]
         retired = {key for _, key, gone in lines if gone}
         self.live = _by_host((host, key) for host, key, _ in lines if key not in retired)
         self.retired = _by_host((host, key) for host, key, _ in lines if key in retired)
+        self.expelled = frozenset(self.retired.keys() - self.live.keys())
 
 
 def is_key(text: str) -> bool:
