@@ -16,6 +16,7 @@ from swarm_onboard.tunnel.keys import Keys, line, lines_of
 
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.swarm.resolved import Swarm
+from swarmctl.swarm.wireguard_routes import routes_of
 from swarmctl.yamltext import hostlist
 
 Exchange = Callable[[Mapping[str, Mapping[str, Any]]], Mapping[str, WireguardKeyAnswer | HostError]]
@@ -56,7 +57,7 @@ def rekey(swarm: Swarm, chosen: Iterable[str], pins: PinnedKeys, exchange: Excha
     pins.add("".join(line(host, key) for host, key in following.items()))
     behind = _inform(swarm, pins, exchange)
     for host in following:
-        waits = sorted(behind.keys() & swarm.peers.get(host, frozenset()))
+        waits = sorted(behind.keys() & routes_of(swarm, host).keys())
         if host in behind or waits:
             kept[host] = behind.get(host) or HostError(
                 Kind.HELD,
@@ -100,7 +101,7 @@ def _inform(swarm: Swarm, pins: PinnedKeys, exchange: Exchange, **more: str) -> 
     """Sends every host the keys of its peers. Returns the errors."""
     hosts = [host for host in members(swarm) if host not in more.values()]
     requests = {
-        host: {"known": lines_of(pins.text, (host, *swarm.peers.get(host, ()))), **more} for host in hosts
+        host: {"known": lines_of(pins.text, (host, *routes_of(swarm, host))), **more} for host in hosts
     }
     return _errors(exchange(requests))
 

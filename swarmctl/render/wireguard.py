@@ -1,9 +1,9 @@
 """The WireGuard of a host of a sealed swarm: its peers, and the unit that makes the interface. Pure.
 
 The peers of a host are those that its units exchange packets with. Each has one address, so that a packet's
-source proves the key of its sender. Keys are no part of a release: the host keeps those that it knows, so
-that a rollback brings back none that was retired. Sources: wg(8); Donenfeld, "WireGuard" (NDSS 2017), 2:
-cryptokey routing.
+source proves the key of its sender; one that relays has those of the hosts behind it, too. Keys are no part
+of a release: the host keeps those that it knows, so that a rollback brings back none that was retired.
+Sources: wg(8); Donenfeld, "WireGuard" (NDSS 2017), 2: cryptokey routing.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from swarmctl.render.service_values import service_values
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import bracketed, subnet_of
 from swarmctl.swarm.resolved import Host, Swarm
+from swarmctl.swarm.wireguard_routes import ends_of, routes_of
 
 PORT = 51820
 #: Bytes, the least of IPv6. With 60 of WireGuard they reach a host whose own network carries 1400.
@@ -32,9 +33,14 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
     """Yields the peers and the unit; nothing in a swarm that is not sealed."""
     if not swarm.overlay:
         return
-    peers = [swarm.hosts[name] for name in sorted(swarm.peers.get(host.name, ()))]
+    routes = routes_of(swarm, host.name)
     listed = [
-        {"name": one.name, "address": one.ros_address, "endpoint": bracketed(one.address)} for one in peers
+        {
+            "name": name,
+            "addresses": [swarm.hosts[one].ros_address for one in (name, *behind)],
+            "endpoint": bracketed(swarm.hosts[name].address),
+        }
+        for name, behind in routes.items()
     ]
     text = json.dumps({"port": PORT, "peers": listed}, indent=1) + "\n"
     name = names.unit(swarm.name, names.WIREGUARD)
@@ -44,6 +50,7 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         interface=names.wireguard_interface(swarm.name),
         address=f"{host.ros_address}/{subnet_of(swarm.overlay).prefixlen}",
         mtu=MTU,
+        relays=bool(ends_of(swarm, host.name)),
         peers=PEERS,
         runtime=names.runtime_folder(swarm.name, names.WIREGUARD),
     )
@@ -57,8 +64,8 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         (File(PEERS, text.encode(), origin="security"), *program),
         (Unit(name, tuple(file.path for file in program)),),
         requires={"wg": ("security",)},
-        wireguard_keys=lines_of(swarm.wireguard_keys, (host.name, *(one.name for one in peers))),
+        wireguard_keys=lines_of(swarm.wireguard_keys, (host.name, *routes)),
         unpinned=tuple(
-            one.name for one in (host, *peers) if one.name not in {*swarm.keys.live, *swarm.keys.expelled}
+            one for one in (host.name, *routes) if one not in {*swarm.keys.live, *swarm.keys.expelled}
         ),
     )

@@ -9,6 +9,7 @@ from swarmctl.links.wlan_link import Wlan
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.addresses import wanted_version
 from swarmctl.swarm.addresses import Subnet
+from swarmctl.swarm.wireguard_routes import networks_of
 from swarmctl.yamltext.edits import append_item, make_fix
 
 _SHOWN = 5  # hosts in a message
@@ -112,9 +113,15 @@ def _with_their_hubs(context: RuleContext) -> Iterator[tuple[str, str]]:
 
 
 def _unreachable(context: RuleContext, pairs: Iterable[tuple[str, str]]) -> Iterator[Diagnostic]:
-    """Of hosts that exchange messages, those whose address is not on the network that both share."""
+    """Of hosts that exchange messages, those whose address is not on the network that both share.
+
+    WireGuard needs one address of the two, and answers where a packet came from.
+    """
     strangers: dict[tuple[str, int], list[str]] = {}
+    sealed = networks_of(context) if context.spec.security == "sealed" else None
     for name, hub in pairs:
+        if sealed is not None and sealed.joins(name, hub):
+            continue
         if len(context.networks_of[name]) + len(context.networks_of[hub]) < 3:
             continue
         joining = [index for index, _ in context.networks_of[name] if hub in context.members[index]]

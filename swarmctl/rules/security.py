@@ -13,6 +13,7 @@ from swarmctl.swarm.addresses import Kind, kind
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.flow import peers_of
 from swarmctl.swarm.flows import ros_flows
+from swarmctl.swarm.wireguard_routes import networks_of
 
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[0-9]+")
 _PASSWORDS = {"password", "passwd", "passphrase", "psk"}
@@ -178,12 +179,21 @@ def unfilterable_hosts(context: RuleContext) -> Iterator[Diagnostic]:
 
 
 def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator[Diagnostic]:
-    """Hosts without a network in common that has both addresses; of each pair the one that has more such."""
+    """Hosts without a network in common that has both addresses; of each pair the one that has more such.
+
+    In a sealed swarm they may have a third host in common.
+    """
     places = {host: _networks_by_address(context, host) for host in peers if context.addresses[host]}
     apart = {
         host: [one for one in peers[host] if one in places and places[one].isdisjoint(own)]
         for host, own in places.items()
     }
+    if context.spec.security == "sealed":
+        networks = networks_of(context)
+        apart = {
+            host: [one for one in others if not (networks.joins(host, one) or networks.relay(host, one))]
+            for host, others in apart.items()
+        }
     reported: set[str] = set()
     for host in sorted(apart, key=lambda one: -len(apart[one])):
         others = [one for one in apart[host] if one not in reported]

@@ -12,6 +12,7 @@ from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.authority import Authority, commanded_by
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.clocks import time_root
+from swarmctl.swarm.flow import peers_of
 from swarmctl.swarm.flows import ros_flows
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import ssh_port
@@ -30,6 +31,7 @@ from swarmctl.swarm.ros_drivers import launchable, placeholder_values
 from swarmctl.swarm.selectable import candidates_of
 from swarmctl.swarm.subnets import advertised, ros_address
 from swarmctl.swarm.wireguard_addresses import network_of
+from swarmctl.swarm.wireguard_routes import networks_of
 
 
 def resolve(document: Document) -> Swarm:
@@ -39,6 +41,7 @@ def resolve(document: Document) -> Swarm:
     """
     spec, index = document.spec, SwarmIndex(document)
     bridges, content = bridges_of(index), document.files.content
+    flows, sealed = tuple(ros_flows(spec, index.islands, bridges)), spec.security == "sealed"
     return Swarm(
         name=spec.name,
         mode=spec.mode,
@@ -47,7 +50,8 @@ def resolve(document: Document) -> Swarm:
         use_sim_time=spec.ros.use_sim_time,
         sros2=spec.ros.sros2,
         keystore={path: content[path] for path in keystore.paths(spec) if path in content},
-        overlay=str(network_of(spec)) if spec.security == "sealed" else "",
+        overlay=str(network_of(spec)) if sealed else "",
+        relays=networks_of(index).relays(peers_of(flows)) if sealed else {},
         wireguard_keys=wireguard_keys.text_of(content.get(wireguard_keys.path(spec.name), b"")),
         ipv6=spec.ros.ipv6,
         hosts={name: _host(name, index) for name in spec.hosts},
@@ -55,7 +59,7 @@ def resolve(document: Document) -> Swarm:
         networks=_networks(index),
         islands=index.islands,
         bridges=bridges,
-        flows=tuple(ros_flows(spec, index.islands, bridges)),
+        flows=flows,
         programs=_programs(index),
         multimaster=spec.multimaster or Multimaster(),
         packages=document.packages.delivered,

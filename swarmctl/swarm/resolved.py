@@ -317,6 +317,7 @@ class Swarm:
     keystore: Mapping[str, bytes] = field(default_factory=dict, repr=False)  # by path from the spec's folder
     ipv6: bool = False
     overlay: str = ""  # the network of its WireGuard, if it is sealed
+    relays: Mapping[str, Mapping[str, str]] = field(default_factory=dict)  # of WireGuard, by host and peer
     wireguard_keys: str = field(default="", repr=False)  # public ones, in lines of swarm_onboard.tunnel.keys
 
     @cached_property

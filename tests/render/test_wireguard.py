@@ -39,11 +39,11 @@ def sealed(folder: Path, example: str, *pinned: str, more: str = "") -> Swarm:
     return swarm
 
 
-def peers_in(bundle: Bundle) -> Mapping[str, tuple[str, str]]:
-    """By name, the address and the endpoint of each peer."""
+def peers_in(bundle: Bundle) -> Mapping[str, tuple[list[str], str]]:
+    """By name, the addresses and the endpoint of each peer."""
     found = json.loads(text_of(bundle, PEERS))
     assert found["port"] == 51820
-    return {one["name"]: (one["address"], one["endpoint"]) for one in found["peers"]}
+    return {one["name"]: (one["addresses"], one["endpoint"]) for one in found["peers"]}
 
 
 def test_golden(tmp_path: Path, golden: Callable[[Path, str], None]) -> None:
@@ -60,7 +60,7 @@ def test_peers_are_those_of_the_flows(example: str, tmp_path: Path) -> None:
     made = bundles(swarm)
     for host in hosts:
         expected = {
-            one: (swarm.hosts[one].ros_address, swarm.hosts[one].address) for one in swarm.peers[host]
+            one: ([swarm.hosts[one].ros_address], swarm.hosts[one].address) for one in swarm.peers[host]
         }
         assert peers_in(made[host]) == expected
         assert expected

@@ -21,7 +21,7 @@ from tests.timing import PATIENCE, wait_for
 
 PROGRAM = onboard() / "nodes/tunnel/tunnel.py"
 KEY = "qB5GZoKc1dU5V0y1Fq6ZbGy2n3nYv8y0m8oQ0nJbLWU="
-PEERS = {"port": 51820, "peers": [{"name": "k3-pi", "address": "10.9.0.2", "endpoint": "192.168.7.2"}]}
+PEERS = {"port": 51820, "peers": [{"name": "k3-pi", "addresses": ["10.9.0.2"], "endpoint": "192.168.7.2"}]}
 CONFIG = config(Keys(line("k3-pi", KEY)), PEERS, set())
 # Fails where a file says so: `fails-ip-link-add` holds what it prints.
 STAND_IN = """#!/bin/sh

@@ -14,8 +14,8 @@ OLD, NEXT, OTHER = (base64.b64encode(bytes([one]) * 32).decode() for one in (1, 
 PEERS = {
     "port": 51820,
     "peers": [
-        {"name": "k3-pi", "address": "10.9.0.2", "endpoint": "192.168.7.2"},
-        {"name": "pi-1", "address": "10.9.0.3", "endpoint": "[fd00::3]"},
+        {"name": "k3-pi", "addresses": ["10.9.0.2"], "endpoint": "192.168.7.2"},
+        {"name": "pi-1", "addresses": ["10.9.0.3"], "endpoint": "[fd00::3]"},
     ],
 }
 BOTH = line("k3-pi", OLD) + line("k3-pi", NEXT) + line("pi-1", OTHER)

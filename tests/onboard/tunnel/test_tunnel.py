@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -63,12 +63,17 @@ class Host:
         self.at, self.inside = f"192.168.99.{number}", f"10.99.0.{number}"
         self.current, self.key = folder / f"current{number}", folder / f"key{number}"
         self.known = folder / f"known{number}"
+        self.relays = False
         self.key.write_text(run("wg", "genkey"))
         self.public = run("wg", "pubkey", given=self.key.read_text()).strip()
         self.meets()
 
-    def meets(self, *others: Host, port: int = 51820) -> None:
-        listed = [{"name": one.name, "address": one.inside, "endpoint": one.at} for one in others]
+    def meets(self, *others: Host, port: int = 51820, behind: Sequence[Host] = ()) -> None:
+        """``behind``: those that each of the others relays to."""
+        inside = [one.inside for one in behind]
+        listed = [
+            {"name": one.name, "addresses": [one.inside, *inside], "endpoint": one.at} for one in others
+        ]
         release = Path(tempfile.mkdtemp(dir=self.current.parent))
         (release / "peers.json").write_text(json.dumps({"port": port, "peers": listed}))
         (release / "link").symlink_to(release)
@@ -84,7 +89,8 @@ class Host:
     def argv(self) -> list[str]:
         options = ("--interface", self.interface, "--address", f"{self.inside}/24")
         files = ("--peers", f"{self.current}/peers.json", "--keys", str(self.known), "--key", str(self.key))
-        return ["ip", "netns", "exec", self.name, sys.executable, str(PROGRAM), *options, *files]
+        relay = ["--relay"] if self.relays else []
+        return ["ip", "netns", "exec", self.name, sys.executable, str(PROGRAM), *options, *files, *relay]
 
     def run(self, *argv: str) -> str:
         return run("ip", "netns", "exec", self.name, *argv)
@@ -236,6 +242,18 @@ def test_both_ends_change_their_keys_at_once(hosts: list[Host]) -> None:
             client.stdin.flush()
             assert client.stdout.readline() == "after\n", "the connection is the same"
     assert [one.stderr.read() for one in programs if one.stderr] == ["", ""]
+
+
+@pytest.mark.parametrize("relays", [True, False])
+def test_a_relay_carries_packets_from_one_peer_to_another(hosts: list[Host], relays: bool) -> None:
+    relay, second, third = hosts
+    relay.relays = relays
+    relay.meets(second, third)
+    second.meets(relay, behind=[third])
+    third.meets(relay, behind=[second])
+    with running(*hosts):
+        wait_for(lambda: relay.reaches(second) and relay.reaches(third), complaint="no packet passes")
+        assert second.reaches(third) is relays
 
 
 def test_a_retired_key_is_no_peer(hosts: list[Host]) -> None:

@@ -24,7 +24,7 @@ def chosen(keys: Keys, peers: Mapping[str, Any], met: AbstractSet[str]) -> Mappi
 def config(keys: Keys, peers: Mapping[str, Any], met: AbstractSet[str]) -> str:
     """Returns what `wg setconf` and `wg syncconf` read, without the private key.
 
-    Each key of a peer is called, and the chosen one has its address: cryptokey routing of WireGuard.
+    Each key of a peer is called, and the chosen one has its addresses: cryptokey routing of WireGuard.
     """
     counts = chosen(keys, peers, met)
     text = f"[Interface]\nListenPort = {peers['port']}\n"
@@ -32,6 +32,6 @@ def config(keys: Keys, peers: Mapping[str, Any], met: AbstractSet[str]) -> str:
         for key in keys.live.get(one["name"], ()):
             text += f"\n# {one['name']}\n[Peer]\nPublicKey = {key}\n"
             if key == counts[one["name"]]:
-                text += f"AllowedIPs = {one['address']}/32\n"
+                text += "AllowedIPs = {}\n".format(", ".join(f"{at}/32" for at in one["addresses"]))
             text += f"Endpoint = {one['endpoint']}:{peers['port']}\nPersistentKeepalive = 25\n"
     return text

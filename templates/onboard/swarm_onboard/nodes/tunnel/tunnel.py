@@ -17,6 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from swarm_onboard.common.systemd import Notifier
+from swarm_onboard.tunnel.forwarding import forward_from
 from swarm_onboard.tunnel.interface import FRESH, Interface, WireguardError
 from swarm_onboard.tunnel.keys import Keys
 from swarm_onboard.tunnel.peers import chosen, config
@@ -65,6 +66,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--mtu", type=int, default=1280, help="the largest packet in it, bytes")
     parser.add_argument("--peers", type=Path, required=True, help="JSON file of the release: who they are")
     parser.add_argument("--keys", type=Path, required=True, help="file with the public keys of hosts")
+    parser.add_argument("--relay", action="store_true", help="forward packets from one peer to another")
     parser.add_argument("--key", type=Path, required=True, help="file with the private key")
     options = parser.parse_args(arguments)
     ended = threading.Event()
@@ -77,6 +79,8 @@ def main(arguments: list[str]) -> int:
             interface.make()
             used = wanted.config()
             interface.bring_up(options.address, options.mtu, used)
+            if options.relay:
+                forward_from(options.interface)
             return _serve(interface, wanted, used, ended)
         finally:
             interface.remove()
