@@ -33,6 +33,7 @@ LONGEST = (
     "test_ros2.py",
     "test_ros2_status.py",
     "test_program_health.py",
+    "test_sealed.py",
     "test_lab_page.py",
     "test_faults.py",
     "test_programs.py",
