@@ -67,6 +67,8 @@ def expelled(spec: SpecFiles, swarm: str, lab: str) -> frozenset[str]:
 
 
 def _read(path: Path) -> PinFile:
+    from swarmctl.spec import wireguard_keys
+
     with suppress(FileNotFoundError):
-        return PinFile(path, path.read_bytes().decode(errors="surrogateescape"))
+        return PinFile(path, wireguard_keys.text_of(path.read_bytes()))
     return PinFile(path, "")

@@ -99,6 +99,12 @@ def test_a_key_that_wireguard_does_not_take_is_put_back(
     assert host.ask(ASKS).answer == {"public": old, "next": following}
 
 
+def test_the_next_key_is_never_the_present_one(host: FakeHost) -> None:
+    key = public(host).answer["public"]
+    (host.prefix / f"{KEY}.next").write_text((host.prefix / KEY).read_text())
+    assert host.ask({**ASKS, "use": key}).answer == {"public": key, "next": ""}
+
+
 def test_a_host_retires_every_key_of_a_lost_one(host: FakeHost) -> None:
     keys = [f"{letter}{'A' * 42}=" for letter in "ABC"]
     known = line("pi", keys[0]) + line("pi", keys[1]) + line("k3-pi", keys[2])

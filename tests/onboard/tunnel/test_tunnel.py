@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -163,6 +163,24 @@ def running(*hosts: Host) -> Iterator[list[subprocess.Popen[str]]]:
         assert "wg-" not in host.run("ip", "link", "show")
 
 
+@contextmanager
+def connection(host: Host, other: Host) -> Iterator[Callable[[str], bool]]:
+    """One TCP connection through WireGuard; whether a line comes back over it."""
+    listen = ["ip", "netns", "exec", other.name, sys.executable, "-c", LISTENS]
+    connect = ["ip", "netns", "exec", host.name, sys.executable, "-c", CONNECTS, other.inside]
+    pipe = subprocess.PIPE
+    with child_process(listen), child_process(connect, stdin=pipe, stdout=pipe) as client:
+
+        def echoes(text: str) -> bool:
+            assert client.stdin is not None
+            assert client.stdout is not None
+            client.stdin.write(text)
+            client.stdin.flush()
+            return client.stdout.readline() == text
+
+        yield echoes
+
+
 def test_a_peer_that_joins_interrupts_nobody(hosts: list[Host]) -> None:
     first, second, third = hosts
     first.meets(second)
@@ -171,16 +189,9 @@ def test_a_peer_that_joins_interrupts_nobody(hosts: list[Host]) -> None:
     with running(*hosts) as programs:
         wait_for(lambda: first.reaches(second), complaint="no packet passes")
         assert not third.reaches(first), "its key is not known there"
-        listen = ["ip", "netns", "exec", second.name, sys.executable, "-c", LISTENS]
-        connect = ["ip", "netns", "exec", first.name, sys.executable, "-c", CONNECTS, second.inside]
-        pipe = subprocess.PIPE
-        with child_process(listen), child_process(connect, stdin=pipe, stdout=pipe) as client:
-            assert client.stdin is not None
-            assert client.stdout is not None
+        with connection(first, second) as echoes:
             for text in ("before\n", "after\n"):
-                client.stdin.write(text)
-                client.stdin.flush()
-                assert client.stdout.readline() == text
+                assert echoes(text)
                 before = first.sent(second)
                 first.meets(second, third)
                 wait_for(lambda: third.reaches(first), complaint="the third host stays outside")
@@ -220,12 +231,7 @@ def test_both_ends_change_their_keys_at_once(hosts: list[Host]) -> None:
     second.meets(first)
     with running(first, second) as programs:
         wait_for(lambda: first.reaches(second), complaint="no packet passes")
-        listen = ["ip", "netns", "exec", second.name, sys.executable, "-c", LISTENS]
-        connect = ["ip", "netns", "exec", first.name, sys.executable, "-c", CONNECTS, second.inside]
-        pipe = subprocess.PIPE
-        with child_process(listen), child_process(connect, stdin=pipe, stdout=pipe) as client:
-            assert client.stdin is not None
-            assert client.stdout is not None
+        with connection(first, second) as echoes:
             new = {one: run("wg", "genkey") for one in (first, second)}
             public = {one: run("wg", "pubkey", given=key).strip() for one, key in new.items()}
             first.knows(line(second.name, public[second]))
@@ -238,9 +244,7 @@ def test_both_ends_change_their_keys_at_once(hosts: list[Host]) -> None:
             first.knows(line(second.name, second.public, retired=True))
             second.knows(line(first.name, first.public, retired=True))
             wait_for(lambda: first.run("wg", "show", first.interface, "peers") == f"{public[second]}\n")
-            client.stdin.write("after\n")
-            client.stdin.flush()
-            assert client.stdout.readline() == "after\n", "the connection is the same"
+            assert echoes("after\n"), "the connection is the same"
     assert [one.stderr.read() for one in programs if one.stderr] == ["", ""]
 
 

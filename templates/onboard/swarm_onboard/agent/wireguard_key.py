@@ -48,9 +48,12 @@ def change_to(home: Home, wanted: str) -> None:
     key does not take it: then the old one is back.
     """
     before = public(home)
+    following = next_public(home, make=False)
     if before == wanted:
+        if following == wanted:  # an agent that was killed as it put the old one back has left it
+            files.remove(_next(home))
         return
-    if next_public(home, make=False) != wanted:
+    if following != wanted:
         raise RefusedError("it has another next WireGuard key", "run `swarmctl rekey` again")
     old = files.read(path(home)) or b""
     os.rename(_next(home), path(home))
