@@ -5,6 +5,7 @@ Golden files are written anew by ``pytest --regenerate``; read the difference be
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -32,6 +33,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def pytest_configure() -> None:
     """Let programs under test receive signals ignored around us; give Hypothesis no limit of real time.
 
+    No verb leaves a process that keeps its connections, but where a test is about that.
+
     A script's background job ignores Ctrl-C, `nohup` a hangup, and so would every process started here: a
     handler is not inherited, an ignored signal is.
     """
@@ -39,6 +42,7 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
         signal.signal(signal.SIGHUP, lambda *_: None)
+    os.environ["SWARMCTL_NO_REUSE"] = "1"
     settings.register_profile("busy", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("busy")
 

@@ -64,6 +64,7 @@ def before_deploy(
     *,
     lab: tuple[bool, str],
     executor: str,
+    reuse: bool,
     parallel: int,
     yes: bool,
     writes: bool,
@@ -80,7 +81,7 @@ def before_deploy(
     name = options.lab_of(document, *lab)
     swarm = console.swarm_of(document, name)
     targets = options.targets(spec, swarm, lab=lab[0], lab_name=lab[1])
-    with executors.transport(executor, in_lab=options.in_lab(*lab)) as transport:
+    with executors.transport(executor, in_lab=options.in_lab(*lab), reuse=reuse) as transport:
         names = selected.hosts(swarm.candidates, limit)
         adoption, _ = found(spec, names, targets, transport, into=into, parallel=parallel, lab=name)
     show(adoption, quiet=quiet, overwrites=overwrites)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -24,11 +25,31 @@ Executor = Annotated[
 ]
 
 
+NoReuse = Annotated[
+    bool,
+    typer.Option(
+        "--no-reuse", envvar="SWARMCTL_NO_REUSE", show_envvar=False,
+        help="Log in anew, and keep no connection: without it, the next verb within 60 s uses this one's.",
+    ),
+]  # fmt: skip
+
+
 @contextmanager
-def transport(executor: str, *, in_lab: bool, secrets: bool = False) -> Iterator[Transport]:
-    """What connects to hosts. ``secrets``: the operator has some of theirs. Exits if there are no workers."""
+def transport(
+    executor: str, *, in_lab: bool, secrets: bool = False, reuse: bool = False
+) -> Iterator[Transport]:
+    """What connects to hosts. ``secrets``: the operator has some of theirs. Exits if there are no workers.
+
+    ``reuse``: with connections that were kept by the verb before; none is if ``sudo`` needs a password.
+    """
     if not executor:
-        yield ssh_targets.transport()
+        ssh = ssh_targets.transport()
+        if reuse and not os.environ.get(ssh_targets.SUDO_PASSWORD_FILE):
+            from swarmctl.remote.kept_connections import KeptConnections
+
+            yield KeptConnections(ssh)
+        else:
+            yield ssh
         return
     if in_lab:
         console.fail(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 
 from swarmctl.remote import agent_client
 from swarmctl.remote.dask_cluster import Workers
+from swarmctl.remote.kept_connections import KeptConnections
 from swarmctl.remote.parallel_hosts import Stop
-from swarmctl.remote.transport import AgentSession, HostError, Kind, Target, Transport
+from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
 
 MOST = 256  # kept at a time by a process: each has a socket and a thread
 _ALIVE = (Kind.REFUSED, Kind.FAILED)  # errors that the agent itself reports; it serves the next request
@@ -42,7 +43,7 @@ class Connections:
         if anew and kept is not None:
             kept[0].close()
             kept = None
-        stack, agent = kept or self._opened(target)
+        stack, agent = kept or self._opened(target, anew=anew)
         usable = False
         try:
             yield agent
@@ -59,7 +60,7 @@ class Connections:
 
         Raises ``HostError``.
         """
-        with self._transport.connect(target) as session, self._stop.guarding(session):
+        with self._connect(target, anew=True) as session, self._stop.guarding(session):
             agent_client.become_root(session)
 
     @contextmanager
@@ -73,9 +74,14 @@ class Connections:
         with self.agent_session(target) as agent:
             yield agent
 
-    def _opened(self, target: Target) -> tuple[ExitStack, AgentSession]:
+    def _connect(self, target: Target, *, anew: bool) -> AbstractContextManager[Session]:
+        if anew and isinstance(self._transport, KeptConnections):
+            return self._transport.connect_anew(target)
+        return self._transport.connect(target)
+
+    def _opened(self, target: Target, *, anew: bool) -> tuple[ExitStack, AgentSession]:
         with ExitStack() as stack:
-            session = stack.enter_context(self._transport.connect(target))
+            session = stack.enter_context(self._connect(target, anew=anew))
             stack.enter_context(self._stop.guarding(session))
             agent = stack.enter_context(agent_client.agent_session(session, verbs=self._verbs))
             return stack.pop_all(), agent

@@ -20,8 +20,9 @@ from urllib.parse import urlsplit
 
 from swarmctl.remote.agent_archive import Agent
 from swarmctl.remote.either_ssh import EitherSsh
+from swarmctl.remote.session_thread import BecomeRoot, Note, Request
 from swarmctl.remote.transport import CHANNEL_TIMEOUT, HostError, Kind, Target, Transport
-from swarmctl.remote.worker import BecomeRoot, Note, Request, Sessions
+from swarmctl.remote.worker import Sessions
 from swarmctl.version import __version__
 
 if TYPE_CHECKING:

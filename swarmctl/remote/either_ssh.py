@@ -81,6 +81,11 @@ class EitherSsh:
         """See ``SshTransport.scan``."""
         return self._try(target, lambda: self._paramiko.scan(target), lambda: self._openssh().scan(target))
 
+    def uses_paramiko(self, target: Target) -> bool:
+        """Returns True if paramiko is what connects to a host, as far as is known."""
+        known = self._choice is Choice.OPENSSH or target.host in self._reasons or needs_program(target)
+        return not known and not any(one.expelled for one in target.way())
+
     def _try(self, target: Target, paramiko: Callable[[], R], openssh: Callable[[], R]) -> R:
         if expelled := next((one.host for one in target.way() if one.expelled), ""):
             raise HostError(
@@ -97,7 +102,7 @@ class EitherSsh:
             try:
                 return paramiko()
             except HostError as error:
-                reason = self._beyond_paramiko(error, target)
+                reason = self.beyond_paramiko(error, target)
                 if not reason:
                     raise
                 if not shutil.which("ssh"):
@@ -105,8 +110,10 @@ class EitherSsh:
         self._remember(target, reason)
         return openssh()
 
-    def _beyond_paramiko(self, error: HostError, target: Target) -> str:
+    def beyond_paramiko(self, error: HostError, target: Target) -> str:
         """Why ``ssh`` may succeed where paramiko has failed; empty if nothing is known that it could do."""
+        if self._choice is Choice.PARAMIKO:
+            return ""
         if isinstance(error, NoCommonAlgorithmError):
             return "paramiko has none of the algorithms that it offers"
         if error.kind is not Kind.AUTH:

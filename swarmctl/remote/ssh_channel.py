@@ -16,6 +16,7 @@ from swarmctl.remote.sudo_password import SudoPassword
 from swarmctl.remote.tcp import PromptSocket
 from swarmctl.remote.transport import CHANNEL_TIMEOUT, HostError, Kind, Output
 
+ALIVE = 2.0  # s
 _CHUNK = 1 << 16
 _IDLE = 0.25  # s between looks at what no descriptor reports: exit status, window
 _LINGER = 1.0  # s a finished command's streams may stay open, held by a child it left behind
@@ -37,6 +38,15 @@ class SshSession:
         """See ``SudoSession``."""
         if self._sudo:
             self._sudo.rejected_by(self._host)
+
+    def alive(self) -> bool:
+        """Returns True if the host answers over the connection within ``ALIVE`` s; else it is closed."""
+        alarm = Timer(ALIVE, self._client.close)
+        alarm.start()
+        with suppress(paramiko.SSHException, EOFError, OSError):
+            self._client.global_request("keepalive@openssh.com")
+        alarm.cancel()
+        return self._client.is_active()
 
     def close(self) -> None:
         """Closes the connection."""

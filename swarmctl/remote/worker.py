@@ -1,47 +1,16 @@
-"""Runs in a worker of a Dask cluster: SSH sessions for an operator who runs elsewhere.
-
-It decides nothing: which host, which request and when to stop is the operator's.
-"""
+"""Runs in a worker of a Dask cluster: SSH sessions for an operator who runs elsewhere."""
 
 from __future__ import annotations
 
 import asyncio
-import threading
 from collections.abc import Callable
-from contextlib import ExitStack
-from dataclasses import dataclass
-from queue import SimpleQueue
 from typing import Any
 
-from swarmctl.remote import agent_client
 from swarmctl.remote.agent_archive import Agent
-from swarmctl.remote.parallel_hosts import Stop
-from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
+from swarmctl.remote.session_thread import BecomeRoot, Request, SessionThread
+from swarmctl.remote.transport import HostError, Kind, Target, Transport
 
 _LOOK = 1.0  # s between two looks whether the operator is still there
-
-
-@dataclass(frozen=True)
-class Request:
-    """A request to the agent with the digest ``agent``, which the worker already has."""
-
-    agent: str
-    become: bool
-    request: dict[str, Any]
-    payload: bytes
-    timeout: float
-
-
-@dataclass(frozen=True)
-class BecomeRoot:
-    """The host runs the shortest command as root."""
-
-
-@dataclass(frozen=True)
-class Note:
-    """A note of an agent on the progress of its request; more follows."""
-
-    text: str
 
 
 class Sessions:
@@ -58,7 +27,7 @@ class Sessions:
         self._loop = worker.loop.asyncio_loop
         self._transport = login()
         self._agents: dict[str, Agent] = {}
-        self._sessions: dict[int, _Session] = {}
+        self._sessions: dict[int, tuple[SessionThread, asyncio.Queue[Any]]] = {}
         self._closed: set[int] = set()
         # Threads that begin or end can lock up a process with Dask's statistical profiler:
         # `sys._current_frames` holds a lock of the interpreter while the garbage collector runs
@@ -78,21 +47,29 @@ class Sessions:
         """
         if number not in self._closed:  # else the order was slower than the end
             if number not in self._sessions:
-                self._sessions[number] = _Session(self._transport, target, self._agents, self._loop)
-            self._sessions[number].orders.put(order)
+                self._sessions[number] = self._opened(target)
+            self._sessions[number][0].carry_out(order)
         return await self.more(number)
 
     async def more(self, number: int) -> Any:
         """See ``answer``."""
         if number in self._closed:
             return HostError(Kind.LOST, "the connection was closed")
-        return await self._sessions[number].reports.get()
+        return await self._sessions[number][1].get()
 
     async def close(self, number: int) -> None:
         """Ends a session at once; a request under way fails."""
         self._closed.add(number)
         if found := self._sessions.pop(number, None):
-            await asyncio.to_thread(found.close)
+            await asyncio.to_thread(found[0].close)
+
+    def _opened(self, target: Target) -> tuple[SessionThread, asyncio.Queue[Any]]:
+        reports: asyncio.Queue[Any] = asyncio.Queue()
+
+        def report(one: Any) -> None:
+            self._loop.call_soon_threadsafe(reports.put_nowait, one)
+
+        return SessionThread(self._transport, target, self._agents, report), reports
 
     async def _close_with_operator(self) -> None:
         """Ends all sessions when the cluster releases this actor: its operator has ended, or was lost."""
@@ -100,68 +77,3 @@ class Sessions:
             await asyncio.sleep(_LOOK)
         for number in list(self._sessions):
             await self.close(number)
-
-
-class _Session:
-    """One session, from its login to its end, in a thread of its own."""
-
-    def __init__(
-        self, transport: Transport, target: Target, agents: dict[str, Agent], loop: asyncio.AbstractEventLoop
-    ) -> None:
-        self.orders: SimpleQueue[Request | BecomeRoot | None] = SimpleQueue()
-        self.reports: asyncio.Queue[Any] = asyncio.Queue()
-        self._transport = transport
-        self._target = target
-        self._agents = agents
-        self._loop = loop
-        self._stop = Stop()
-        threading.Thread(target=self._run, daemon=True).start()
-
-    def close(self) -> None:
-        """Ends it; safe between threads."""
-        self.orders.put(None)
-        for _ in range(2):  # the second closes a connection in use
-            self._stop.request()
-
-    def _report(self, report: Any) -> None:
-        self._loop.call_soon_threadsafe(self.reports.put_nowait, report)
-
-    def _run(self) -> None:
-        try:
-            with (
-                self._transport.connect(self._target) as session,
-                self._stop.guarding(session),
-                ExitStack() as stack,
-            ):
-                self._serve(session, stack)
-                return
-        except HostError as error:
-            ended = portable(error)
-        except Exception as error:  # noqa: BLE001  (a bug costs only this session)
-            ended = HostError(Kind.BUG, f"{type(error).__name__}: {error}")
-        while self.orders.get() is not None:
-            self._report(ended)
-
-    def _serve(self, session: Session, stack: ExitStack) -> None:
-        host: AgentSession | None = None
-        while (order := self.orders.get()) is not None:
-            answer: Any = None
-            try:
-                if isinstance(order, BecomeRoot):
-                    agent_client.become_root(session)
-                else:
-                    host = host or stack.enter_context(
-                        agent_client.session_with(self._agents[order.agent], session, become=order.become)
-                    )
-                    answer = host.request(
-                        order.request, order.payload, timeout=order.timeout,
-                        on_note=lambda text: self._report(Note(text)),
-                    )  # fmt: skip
-            except HostError as error:
-                answer = portable(error)
-            self._report(answer)
-
-
-def portable(error: HostError) -> HostError:
-    """Returns the error as a value that every process can read."""
-    return HostError(error.kind, error.message, error.hint)

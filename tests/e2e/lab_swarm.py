@@ -93,7 +93,7 @@ class LabSwarm:
         self.spec = folder / f"{name}.yaml"
         shutil.copy(spec, self.spec)
         self.deployed: Path | None = None
-        self._environment = {
+        self.environment = {
             **os.environ,
             paths.STATE_VARIABLE: str(paths.labs_root().parent),
             "XDG_STATE_HOME": str(folder / "journal"),
@@ -138,7 +138,7 @@ class LabSwarm:
 
     def _run(self, argv: Sequence[str], timeout: float, process: Process = console_script) -> Run:
         began = time.monotonic()
-        done = process(argv, self._environment, timeout)
+        done = process(argv, self.environment, timeout)
         assert "Traceback" not in done.stderr, done.stderr
         return Run(done.returncode, done.stdout, done.stderr, time.monotonic() - began)
 
@@ -152,7 +152,7 @@ class LabSwarm:
         self.deployed = None
         return subprocess.Popen(
             [*through, *self.argv(verb, spec, *options)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            text=True, env=self._environment,
+            text=True, env=self.environment,
         )  # fmt: skip
 
     def deploy(self, spec: Path | None = None, *options: str) -> Run:

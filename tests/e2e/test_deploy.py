@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+import signal
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 from tests.e2e.conftest import FirstTime
 from tests.e2e.lab_swarm import HOME, LEADER, LabSwarm, Note, namespace_of
@@ -46,6 +49,30 @@ def test_a_second_deploy_changes_nothing_over_one_connection_per_host(swarm: Lab
             "<= 8192 B",
         )
         assert payload <= 8192
+
+
+@contextmanager
+def keeping_connections(swarm: LabSwarm) -> Iterator[None]:
+    """Verbs keep their connections in the block."""
+    before, place = dict(swarm.environment), swarm.folder / "run"
+    place.mkdir(mode=0o700)
+    swarm.environment.update(SWARMCTL_NO_REUSE="0", XDG_RUNTIME_DIR=str(place))
+    try:
+        yield
+    finally:
+        swarm.environment.update(before)
+        for file in place.glob("swarmctl/*.pid"):
+            os.kill(int(file.read_text()), signal.SIGTERM)
+
+
+def test_a_verb_uses_the_connections_of_the_one_before(swarm: LabSwarm) -> None:
+    with keeping_connections(swarm):
+        first = counted_deploy(swarm)
+        with listening(namespace_of(swarm)) as begun:
+            again = swarm.deploy()
+    assert [talk.connections for talk in first.values()] == [1, 1, 1]
+    assert "0 of 3 hosts changed" in again.out
+    assert not begun
 
 
 def counted_deploy(swarm: LabSwarm) -> Mapping[str, Talk]:

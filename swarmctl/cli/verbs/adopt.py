@@ -21,6 +21,7 @@ def adopt(
     limit: options.Limit = None,
     parallel: options.Parallel = options.PARALLEL,
     executor: executors.Executor = "",
+    no_reuse: executors.NoReuse = False,
 ) -> None:
     """Bring what was edited on hosts into the files of the spec. Changes nothing on a host.
 
@@ -31,7 +32,7 @@ def adopt(
     names = selected.hosts(swarm.candidates, limit)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     in_lab = options.in_lab(lab, lab_name)
-    with executors.transport(executor, in_lab=in_lab) as transport:
+    with executors.transport(executor, in_lab=in_lab, reuse=not no_reuse) as transport:
         found, errors = adopting.found(
             spec, names, targets, transport, into=into, parallel=parallel,
             lab=options.lab_of(document, lab, lab_name),

@@ -121,6 +121,7 @@ def deploy(
     limit: options.Limit = None,
     parallel: options.Parallel = options.PARALLEL,
     executor: executors.Executor = "",
+    no_reuse: executors.NoReuse = False,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -143,7 +144,7 @@ def deploy(
     adopting.check_options(adopt=adopt, into=into, saved=saved is not None)
     if adopt:
         spec = adopting.before_deploy(
-            spec, into, limit, lab=(lab, lab_name), executor=executor, parallel=parallel,
+            spec, into, limit, lab=(lab, lab_name), executor=executor, reuse=not no_reuse, parallel=parallel,
             yes=yes, writes=not dry_run, overwrites=overwrite_edits, quiet=json,
         )  # fmt: skip
     document = console.read_document(spec)
@@ -167,7 +168,7 @@ def deploy(
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     secrets = options.secrets(spec, wanted)
     view = deploy_steps.View("deploy", spec, swarm, where, details=details, json=json)
-    with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets)) as transport:
+    with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets), reuse=not no_reuse) as transport:
         deployment = Deployment(
             wanted, targets, transport, rules=rules, parallel=parallel, stop=stop, secrets=secrets,
             host_lists=lists, dependents=Dependents(swarm), recovers=not dry_run,

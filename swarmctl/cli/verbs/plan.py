@@ -49,6 +49,7 @@ def plan(
     limit: options.Limit = None,
     parallel: options.Parallel = options.PARALLEL,
     executor: executors.Executor = "",
+    no_reuse: executors.NoReuse = False,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -74,7 +75,9 @@ def plan(
         secrets = options.secrets(spec, wanted)
         targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
         in_lab = options.in_lab(lab, lab_name)
-        with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets)) as transport:
+        with executors.transport(
+            executor, in_lab=in_lab, secrets=bool(secrets), reuse=not no_reuse
+        ) as transport:
             made = observe(
                 wanted, targets, transport, diff=diff, parallel=parallel, secrets=secrets,
                 host_lists=lists,

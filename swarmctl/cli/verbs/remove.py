@@ -48,6 +48,7 @@ def remove(
     limit: options.Limit = None,
     parallel: options.Parallel = options.PARALLEL,
     executor: executors.Executor = "",
+    no_reuse: executors.NoReuse = False,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -87,7 +88,7 @@ def remove(
     if not yes and not _confirmed(swarm.name, names):
         console.fail("nothing was removed", "answer `yes`, or use --yes in scripts")
     with (
-        executors.transport(executor, in_lab=in_lab) as transport,
+        executors.transport(executor, in_lab=in_lab, reuse=not no_reuse) as transport,
         interruptible(rollout_output.note) as stop,
     ):
         events = rollout.remove(

@@ -45,6 +45,7 @@ def rollback(
     limit: options.Limit = None,
     parallel: options.Parallel = options.PARALLEL,
     executor: executors.Executor = "",
+    no_reuse: executors.NoReuse = False,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -65,7 +66,7 @@ def rollback(
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     together: Consistency = "independent" if keep_going else "all"
     view = deploy_steps.View("rollback", spec, swarm, where, details=details, json=json)
-    with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
+    with executors.transport(executor, in_lab=options.in_lab(lab, lab_name), reuse=not no_reuse) as transport:
         going_back = Rollback(
             {name: made[name] for name in names}, targets, transport,
             to=to, dependents=Dependents(swarm), parallel=parallel, stop=stop, recovers=not dry_run,
