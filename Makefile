@@ -94,7 +94,7 @@ man: $(VENV)/.run ## manual pages of all verbs in build/man; read one with man -
 
 bench-tools: ## install the tools that benchmarks/compare.py compares with, into build/tools
 	$(PYTHON) -m venv build/tools
-	build/tools/bin/pip install --quiet ansible-core pyinfra fabric
+	build/tools/bin/pip install --quiet ansible-core asyncssh fabric mitogen pyinfra
 
 bench: $(VENV)/.dev ## run every benchmark
 	@for benchmark in benchmarks/*.py; do echo "== $$benchmark"; $(BIN)/python $$benchmark || exit 1; done

@@ -1,9 +1,9 @@
-"""The same jobs with bare paramiko, swarmctl, fabric, ansible-core and pyinfra: ``benchmarks/compare.py``.
+"""The same jobs with swarmctl, bare paramiko and other tools: ``python benchmarks/compare.py``.
 
 As root. The hosts are an sshd each on loopback with a folder as root and a stub of systemctl, so that N = 60
 fit on one machine; nobody waits for a service. Every run is a process of its own, in turn, so that the start
 of each tool counts; swarmctl reads no spec. `make bench-tools` installs the other tools into build/tools; one
-that is missing is named and left out. The job "nothing to do" is `true` for paramiko and fabric.
+that is missing is named and left out. The job "nothing to do" is `true`, or an empty function of Mitogen.
 """
 
 from __future__ import annotations
@@ -67,7 +67,10 @@ def commands(folder: Path, hosts: Sequence[SmallHost]) -> dict[str, list[str]]:
     return {
         BARE: [sys.executable, script, "bare", str(folder)],
         "swarmctl": [sys.executable, script, "swarmctl", str(folder)],
-        "fabric": [str(TOOLS / "python"), script, "fabric", str(folder)],
+        **{
+            tool: [str(TOOLS / "python"), script, tool, str(folder)]
+            for tool in ("asyncssh", "fabric", "mitogen")
+        },
         "ansible-core": [
             str(TOOLS / "ansible-playbook"),
             "-i",

@@ -57,7 +57,7 @@ def probed(graph: ExpectedGraph, reach: Mapping[str, Target]) -> float:
         talks = {}
         for host in graph.hosts:
             session = until_done.enter_context(SshTransport().connect(reach[host.name]))
-            talk = agent_client.agent_session(session, verbs=("probe",), module=graph.probe)
+            talk = agent_client.agent_session(session, verbs=("probe",), module=host.probe)
             talks[host.name] = until_done.enter_context(talk)
         list(pool.map(start_agent, talks.values()))
         questions = {host.name: request(graph, host, collect.WINDOW) for host in graph.hosts}

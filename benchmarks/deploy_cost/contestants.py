@@ -1,11 +1,12 @@
 """One job on all hosts with each tool, as a process of its own: ``python contestants.py TOOL FOLDER JOB``.
 
 JOB is ``nothing``, or the files in FOLDER are new: all are written and one service restarts. A tool that
-compares finds out by itself what is new; bare paramiko and fabric get the job.
+compares finds out by itself what is new; bare paramiko, asyncssh, fabric and Mitogen get the job.
 """
 
 from __future__ import annotations
 
+import asyncio
 import io
 import json
 import sys
@@ -50,6 +51,48 @@ def bare(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
 
     with ThreadPoolExecutor(len(hosts)) as pool:
         list(pool.map(work, hosts))
+
+
+def asyncssh(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
+    """Logs in with asyncssh and runs one command."""
+    import asyncssh as library  # type: ignore[import-not-found]
+
+    payload = b"" if job == "nothing" else archive(folder / "files")
+
+    async def work(host: dict[str, Any]) -> None:
+        known = library.import_known_hosts(f"[127.0.0.1]:{host['port']} {host['key']}")
+        async with library.connect(
+            "127.0.0.1", host["port"], username="root", client_keys=[host["identity"]], known_hosts=known
+        ) as connection:
+            command = f"tar xz -C {host['app']} && {RESTART}" if payload else "true"
+            await connection.run(command, input=payload, encoding=None, check=True)
+
+    async def everywhere() -> None:
+        await asyncio.gather(*map(work, hosts))
+
+    asyncio.run(everywhere())
+
+
+def mitogen(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
+    """Runs a function of Python on each host, which unpacks the tar."""
+    import on_host  # type: ignore[import-not-found]
+    from mitogen.master import Broker, Router  # type: ignore[import-not-found]
+
+    payload = b"" if job == "nothing" else archive(folder / "files")
+    broker = Broker()
+
+    def work(host: dict[str, Any]) -> None:
+        context = Router(broker).ssh(
+            hostname="127.0.0.1", port=host["port"], username="root", identity_file=host["identity"],
+            python_path="/usr/bin/python3", check_host_keys="ignore",
+        )  # fmt: skip
+        context.call(on_host.unpack, host["app"], payload)
+
+    try:
+        with ThreadPoolExecutor(len(hosts)) as pool:
+            list(pool.map(work, hosts))
+    finally:
+        broker.shutdown()
 
 
 def swarmctl(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
@@ -107,4 +150,5 @@ def fabric(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
 if __name__ == "__main__":
     tool, place, job = sys.argv[1:]
     all_hosts = json.loads(Path(place, "hosts.json").read_text())
-    {"bare": bare, "swarmctl": swarmctl, "fabric": fabric}[tool](all_hosts, Path(place), job)
+    tools = {"bare": bare, "asyncssh": asyncssh, "swarmctl": swarmctl, "fabric": fabric, "mitogen": mitogen}
+    tools[tool](all_hosts, Path(place), job)
