@@ -223,7 +223,6 @@ def read_spec(spec: SpecFiles, lab: str = "") -> Swarm:
 
 def swarm_of(document: Document, lab: str = "") -> Swarm:
     """Returns the resolved swarm of a document, with the builds of its packages, and the keys of a lab."""
-    from swarmctl.deploy.build_store import with_builds
     from swarmctl.swarm.resolve import resolve
 
     swarm = resolve(document)
@@ -237,4 +236,8 @@ def swarm_of(document: Document, lab: str = "") -> Swarm:
             for name, one in swarm.hosts.items()
         }
         swarm = replace(swarm, hosts=hosts)
-    return with_builds(swarm, lab)
+    if swarm.packages:
+        from swarmctl.deploy.build_store import with_builds
+
+        swarm = with_builds(swarm, lab)
+    return swarm

@@ -52,7 +52,7 @@ def test_the_help_imports_little(start: list[str]) -> None:
 @pytest.mark.parametrize("verb", [["validate"], ["plan", "--offline"]], ids=" ".join)
 def test_a_verb_imports_only_what_a_valid_spec_needs(verb: list[str]) -> None:
     for_faults = {"rapidfuzz", "urllib.request"}
-    for_hosts = {"paramiko", "cryptography", "asyncio", "serial"}
+    for_hosts = {"paramiko", "cryptography", "asyncio", "serial", "tarfile"}
     for_plans = {"jinja2", "networkx"}
     found = imported("-m", "swarmctl", *verb, str(SPEC))
     assert not found & (for_faults | for_hosts)
