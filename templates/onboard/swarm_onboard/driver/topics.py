@@ -56,7 +56,13 @@ class DriverTopics:
         self._sensors = sensor_topics.topics_of(node, config, named)
         self._places = frames.publish_places(node, config, named)
         self._diagnostics = Diagnostics(node, f"{config.robot}: driver", f"{config.title} {config.robot}")
-        self.left_out = (*_left_out(config, self._sensors), *show_parameters(node, config))
+        self._unpublished = tuple(_left_out(config, self._sensors))
+        self.left_out = (*self._unpublished, *show_parameters(node, config))
+
+    def take(self, config: Config) -> None:
+        """Shows the live values of ``config``, with which the driver works now."""
+        sensor_topics.retime(self._sensors, config)
+        self.left_out = (*self._unpublished, *show_parameters(self._node, config))
 
     def odometry(self, pose: Pose) -> None:
         self._motion.publish(pose)
