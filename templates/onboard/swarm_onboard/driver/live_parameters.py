@@ -6,6 +6,8 @@ finds in the answers which file the driver works with, and why it refused one.
 
 from __future__ import annotations
 
+import contextlib
+from collections import deque
 from dataclasses import dataclass
 from threading import Event, Thread
 from typing import Any, Callable, Mapping
@@ -46,24 +48,25 @@ class LiveParameters:
         self._show = show
         self._ring = ring
         self._request = self._done = self._refusal = ""
-        self._reading: _Reading | None = None
+        self._readings: deque[_Reading] = deque()
 
     def requested(self, request: str) -> None:
         """Begins to read the file, once for each request."""
         if request.startswith(_RELOAD) and request != self._request:
             self._request = request
-            Thread(target=self._read, args=(request,), daemon=True).start()
+            with contextlib.suppress(RuntimeError):  # too many threads: no answer, and the driver drives on
+                Thread(target=self._read, args=(request,), daemon=True).start()
 
     def look(self) -> None:
         """Takes what the latest request found."""
-        reading, self._reading = self._reading, None
-        if reading is None or reading.request != self._request:
-            return
-        if reading.config is not None:
-            self._take(reading.config)
-            self.config = reading.config
-        self._done, self._refusal = reading.request, reading.refusal
-        reading.taken.set()
+        while self._readings:
+            reading = self._readings.popleft()
+            if reading.request == self._request:
+                if reading.config is not None:
+                    self._take(reading.config)
+                    self.config = reading.config
+                self._done, self._refusal = reading.request, reading.refusal
+            reading.taken.set()
 
     def state(self) -> Mapping[str, Any]:
         """Returns the SHA-256 of the file in use, the last request that is done, and why it was refused."""
@@ -71,7 +74,7 @@ class LiveParameters:
 
     def _read(self, request: str) -> None:
         reading = self._found(request)
-        self._reading = reading
+        self._readings.append(reading)
         self._ring()
         if reading.config is not None:
             reading.taken.wait()
