@@ -11,6 +11,7 @@ import pytest
 import yaml
 from swarm_onboard.agent import robot_motion
 from swarm_onboard.driver.config import load
+from swarm_onboard.driver.driver import Phase
 from swarm_onboard.driver.live_parameters import LiveParameters
 from swarm_onboard.driver.live_values import differing, fixed
 
@@ -88,7 +89,9 @@ def test_a_sensor_is_read_at_its_new_rate_and_not_called_slow() -> None:
 
 def test_a_robot_that_is_being_met_begins_with_the_new_values() -> None:
     bench = Bench()
-    bench.driver.step()
+    while not bench.robot.requests:
+        bench.clock.now += bench.driver.step()
+    assert bench.driver.phase is Phase.IDENTIFYING
     bench.driver.take(config_for("koala", limits={"linear": 0.1}))
     driving(bench, 2.0)
     assert bench.robot.speed == (22, 22)
