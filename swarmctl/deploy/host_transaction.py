@@ -197,6 +197,7 @@ class HostTransaction:
             "start": list(plan.targets(Kind.START)),
             "restart": list(plan.targets(Kind.RESTART)),
             "reload": list(plan.targets(Kind.RELOAD)),
+            "reload_units": list(plan.targets(Kind.RELOAD_UNIT)),
             "files_only": plan.files_only,
             "confirm_within": 0.0 if plan.files_only else self.terms.confirm_within,
             "secrets": len(values),

@@ -162,6 +162,7 @@ def back_steps(current: str | None, wanted: str, units: UnitsBack) -> tuple[Step
     return (
         *(Step(Kind.STOP, unit, f"not part of {wanted}") for unit in units["stop"]),
         Step(Kind.ACTIVATE, wanted, cause),
+        *(Step(Kind.RELOAD_UNIT, unit, "takes its file while it runs") for unit in units["reload"]),
         *(Step(Kind.RESTART, unit, why) for unit in units["restart"]),
         *(Step(Kind.START, unit, f"part of {wanted}") for unit in units["start"]),
     )

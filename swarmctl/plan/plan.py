@@ -25,6 +25,7 @@ class Kind(str, Enum):
     UNLINK = "unlink"
     BLOCK = "write-block"
     RELOAD = "reload"
+    RELOAD_UNIT = "reload-unit"
     RESTART = "restart"
     START = "start"
 

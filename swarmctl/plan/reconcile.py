@@ -152,6 +152,8 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
     optional = {unit.name: [package(one) for one in unit.packages] for unit in bundle.units if unit.packages}
     complete = {name for name, packages in optional.items() if not _absent(packages, observed)}
     before, wanted = observed.unit_digests, {unit["name"]: unit for unit in bundle.manifest["units"]}
+    deployed = observed.manifest["units"] if observed.manifest else ()
+    fixed = {unit["name"]: unit["fixed"] for unit in deployed if "fixed" in unit}
     changed = {
         unit.name: [one for one in unit.secrets if observed.secrets.get(one) in _SECRETS]
         for unit in bundle.units
@@ -167,7 +169,11 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
         elif secrets := changed.get(name):
             yield Step(Kind.RESTART, name, f"the secret {secrets[0]} changes")
         elif before[name] != unit["digest"]:
-            yield Step(Kind.RESTART, name, _changed_needs(unit["needs"], bundle, observed))
+            cause = _changed_needs(unit["needs"], bundle, observed)
+            if fixed.get(name, "") == unit.get("fixed") and state is not None and state.runs and not damaged:
+                yield Step(Kind.RELOAD_UNIT, name, f"{cause}, and it takes that while it runs")
+            else:
+                yield Step(Kind.RESTART, name, cause)
         elif damaged:
             yield Step(Kind.RESTART, name, f"{damaged[0]} {_DRIFT[observed.drift[damaged[0]]]}")
         elif state is not None and not state.runs and not state.skipped:

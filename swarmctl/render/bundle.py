@@ -42,12 +42,16 @@ def required(requirement: str) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class File:
-    """One file of a release. ``path`` is relative to the release; ``origin`` names its entry in the spec."""
+    """One file of a release. ``path`` is relative to the release; ``origin`` names its entry in the spec.
+
+    ``fixed``: its content without what the program that reads it takes while it runs, if there is any.
+    """
 
     path: str
     content: bytes
     mode: int = 0o644
     origin: str = ""
+    fixed: bytes = b""
 
     @cached_property
     def digest(self) -> str:
@@ -64,7 +68,8 @@ class File:
 
 @dataclass(frozen=True)
 class Unit:
-    """A systemd unit, in start order. It restarts when, and only when, one of the files it ``needs`` changes.
+    """A systemd unit, in start order. It restarts when, and only when, one of the files it ``needs`` changes;
+    it reloads if no more of them changes than its program takes while it runs.
 
     ``robot`` names the robot that must stand still before this unit is stopped, if it drives one; ``program``
     the program that it runs; ``packages`` the ROS packages without which it is skipped.
@@ -161,6 +166,7 @@ class Bundle(Part):
     def manifest(self) -> ManifestData:
         """The release as data: files with digests and modes, units, links and blocks."""
         digests = {file.path: file.restart_digest for file in self.files}
+        fixed = {file.path: digest_of(file.fixed) for file in self.files if file.fixed}
         return {
             "format": FORMAT,
             "swarm": self.swarm,
@@ -170,7 +176,8 @@ class Bundle(Part):
                 for file in sorted(self.files, key=lambda file: file.path)
             },
             "units": [
-                unit_data(unit.name, unit.needs, unit.robot, unit.secrets, digests) for unit in self.units
+                unit_data(unit.name, unit.needs, unit.robot, unit.secrets, digests=digests, fixed=fixed)
+                for unit in self.units
             ],
             "links": dict(sorted(self.links.items())),
             "blocks": dict(sorted(self.blocks.items())),

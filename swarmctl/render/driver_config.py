@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
+from swarm_onboard.driver import live_values
 from swarm_onboard.driver.shown_params import shown_params
 
 from swarmctl.render import sketch
@@ -16,17 +17,22 @@ from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Commander, ForeignDriver, Robot, SwarmctlDriver
 
 
-def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "") -> bytes:
-    """Returns what swarmctl's driver of ``robot`` reads, as YAML. ``stop_file``: its latch on the host."""
-    common, text = _common(tuned(robot, driver))
+def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "", *, live_too: bool = True) -> bytes:
+    """Returns what swarmctl's driver of ``robot`` reads, as YAML. ``stop_file``: its latch on the host.
+
+    ``live_too``: with the values that it takes while it runs.
+    """
+    common = _common(tuned(robot, driver))
     if (made := sketch.sketch_of(robot)) is not None:
-        text = entries({**common, "protocol": {**common["protocol"], "digest": made.digest}})
+        protocol = {**common.params["protocol"], "digest": made.digest}
+        common = _Common.of({**common.params, "protocol": protocol})
     rest: dict[str, Any] = {"urdf": f"../{urdf_path(robot)}"}
     if robot.start is not None:
         rest["start"] = robot.start.model_dump()
     if stop_file:
         rest["stop_file"] = stop_file
     rest["commanders"] = [commander_params(one) for one in robot.commanders]
+    text = common.text if live_too else common.fixed
     return file_of(entries(_own(robot, driver)), text, entries(rest))
 
 
@@ -54,7 +60,7 @@ class Tuned:
     @property
     def params(self) -> Mapping[str, Any]:
         """The parameters that the robots share."""
-        return _common(self)[0]
+        return _common(self).params
 
 
 def tuned(robot: Robot, driver: SwarmctlDriver) -> Tuned:
@@ -62,11 +68,26 @@ def tuned(robot: Robot, driver: SwarmctlDriver) -> Tuned:
     return Tuned(id(robot.settings), id(driver.type), driver.baud, f"../{codec_path(robot)}", robot, driver)
 
 
+class _Common(NamedTuple):
+    """The parameters that all robots with one type and equal settings share.
+
+    As data, as text, and as text without the live values.
+    """
+
+    params: Mapping[str, Any]
+    text: str
+    fixed: str
+
+    @classmethod
+    def of(cls, params: Mapping[str, Any]) -> _Common:
+        """Returns ``params`` in all forms."""
+        return cls(params, entries(params), entries(live_values.fixed(params)))
+
+
 @lru_cache(maxsize=1024)
-def _common(shared: Tuned) -> tuple[Mapping[str, Any], str]:
-    """The parameters that all robots with this type and these settings share, as data and as text."""
+def _common(shared: Tuned) -> _Common:
     common = common_params(shared.driver.type, shared.robot.settings, shared.baud, shared.module)
-    return common, entries(common)
+    return _Common.of(common)
 
 
 def params_path(robot: Robot) -> str:

@@ -21,11 +21,22 @@ def file_data(content: bytes, digest: str, mode: int) -> FileData:
 
 
 def unit_data(
-    name: str, needs: Sequence[str], robot: str, secrets: Sequence[str], digests: Mapping[str, str]
+    name: str,
+    needs: Sequence[str],
+    robot: str,
+    secrets: Sequence[str],
+    *,
+    digests: Mapping[str, str],
+    fixed: Mapping[str, str],
 ) -> UnitData:
-    """Returns the entry of one unit. Its digest changes when one of the files that it ``needs`` does."""
+    """Returns the entry of one unit. Its digest changes when one of the files that it ``needs`` does.
+
+    ``fixed``: of files that a running program takes in part, the digests of the rest.
+    """
     combined = digest_of("".join(digests[path] for path in needs).encode())
     unit: UnitData = {"name": name, "needs": list(needs), "robot": robot, "digest": combined}
+    if not fixed.keys().isdisjoint(needs):
+        unit["fixed"] = digest_of("".join(fixed.get(path, digests[path]) for path in needs).encode())
     return {**unit, "secrets": list(secrets)} if secrets else unit
 
 

@@ -29,11 +29,12 @@ _GLYPH = {
     Kind.UNLINK: ("-", "red"),
     Kind.BLOCK: ("~", "yellow"),
     Kind.RELOAD: ("↻", "cyan"),
+    Kind.RELOAD_UNIT: ("↻", "cyan"),
     Kind.RESTART: ("↻", "yellow"),
     Kind.START: ("▶", "green"),
 }
 _FILES = (Kind.CREATE, Kind.UPDATE, Kind.DELETE)
-_UNITS = (Kind.STOP, Kind.RESTART, Kind.START)
+_UNITS = (Kind.STOP, Kind.RELOAD_UNIT, Kind.RESTART, Kind.START)
 _COUNTED = {**dict.fromkeys(_FILES, "file"), Kind.LINK: "link", Kind.UNLINK: "link"}
 _MOST_LISTED = 4  # files or links of one kind; more are counted
 _TARGET = 16  # the column of a step's target
@@ -187,7 +188,8 @@ def summary(shown: Plan) -> Text:
     hosts = sum(bool(host.steps) and not host.problem for host in shown.hosts)
     parts = [
         _many(files, "file"), _many(counts[Kind.START], "start"),
-        _many(counts[Kind.RESTART], "restart"), _many(counts[Kind.STOP], "stop"),
+        _many(counts[Kind.RESTART], "restart"), _many(counts[Kind.RELOAD_UNIT], "reload"),
+        _many(counts[Kind.STOP], "stop"),
     ]  # fmt: skip
     counted = ", ".join(part for part in parts if part) or "small repairs"
     return Text(f"plan: {counted} on {_many(hosts, 'host')}{'; ' + tail if tail else ''}")

@@ -65,7 +65,12 @@ def verdict(result: Result, *, details: bool = False) -> Text:
 
 
 def _done(plan: HostPlan, details: bool) -> str:
-    words = {Kind.START: "started", Kind.RESTART: "restarted", Kind.STOP: "stopped"}
+    words = {
+        Kind.START: "started",
+        Kind.RESTART: "restarted",
+        Kind.RELOAD_UNIT: "reloaded",
+        Kind.STOP: "stopped",
+    }
     units = {word: plan.targets(kind) for kind, word in words.items() if plan.targets(kind)}
     most = len(plan.steps) if details else MOST_NAMED
     done = "; ".join(f"{word} {_named(names, 'units', most)}" for word, names in units.items())

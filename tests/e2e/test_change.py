@@ -19,7 +19,8 @@ from tests.e2e.lab_swarm import (
 )
 
 K3 = "k3: {type: khepera3, host: k3-pi}"
-FASTER_K3 = "k3: {type: khepera3, host: k3-pi, settings: {rates: {odom: 20}}}"
+FASTER_K3 = "k3: {type: khepera3, host: k3-pi, settings: {rates: {odom: 20, light: 2}}}"
+SLOWER_K3 = "k3: {type: khepera3, host: k3-pi, settings: {limits: {linear: 0.05}}}"
 K3_UNIT = "swarm-newswarm.k3.service"
 MASTER_UNIT = "swarm-newswarm.master.service"
 UNITS = "/etc/systemd/system"
@@ -84,6 +85,33 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
     assert changed(before, swarm.pids()) == {"k3-pi:k3"}
     assert swarm.units("k3-pi")["k3"].restarts == 0
     assert "rate: 20.0" in swarm.shell("k3-pi", f"cat {HOME}/current/params/k3.yaml")
+
+
+def test_a_robot_that_drives_takes_a_lower_limit(swarm: LabSwarm, note: Note) -> None:
+    slower = swarm.variant("slower-k3", (K3, SLOWER_K3))
+    taken = ("reload-unit", K3_UNIT, "params/k3.yaml changes, and it takes that while it runs")
+    assert swarm.steps(slower)["k3-pi"][-1] == taken
+    before = swarm.pids()
+    with swarm.driving(LEADER, "k3", 0.1):
+        deploy = swarm.begin("deploy", spec=slower)
+        fast = speed(swarm)
+        slowed = until(lambda: speed(swarm) < 0.6 * fast, "k3 does not take its limit")
+        assert moves(swarm.robot("k3"))
+        assert deploy.wait(60) == 0, deploy.communicate()
+        note("deploy, until a robot that drives has its new limit", f"{slowed:.2f} s", "")
+        assert swarm.swarmctl("status", spec=slower).status == 0
+        assert speed(swarm) == pytest.approx(fast / 2, rel=0.05)
+    assert changed(before, swarm.pids()) == set()
+    assert swarm.swarmctl("rollback", "--yes").status == 0
+    with swarm.driving(LEADER, "k3", 0.1):
+        until(lambda: speed(swarm) == pytest.approx(fast, rel=0.05), "k3 keeps the lower limit")
+    assert changed(before, swarm.pids()) == set()
+
+
+def speed(swarm: LabSwarm) -> float:
+    """How fast both wheels of k3 turn, in its own units."""
+    state = swarm.robot("k3")
+    return float(state["left"] + state["right"])
 
 
 def test_a_master_does_not_stop_under_a_robot_of_another_host(swarm: LabSwarm, note: Note) -> None:

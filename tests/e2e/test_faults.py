@@ -14,8 +14,8 @@ from tests.timing import Promise, wait_for
 CONNECT_TIMEOUT = 10.0  # s, of swarmctl
 HOST_KEY = "/etc/ssh/ssh_host_ed25519_key"
 ALL_FASTER = tuple(
-    (f"{{type: {kind}, host: {host}}}", f"{{type: {kind}, host: {host}, settings: {{rates: {{odom: 20}}}}}}")
-    for kind, host in (("koala", "koala-laptop"), ("khepera3", "k3-pi"), ("epuck", "epuck-pi"))
+    (f"{{type: {robot}}}", f"{{type: {robot}, settings: {{rates: {{odom: 20, light: 2}}}}}}")
+    for robot in ("koala, host: koala-laptop", "khepera3, host: k3-pi", "epuck, host: epuck-pi")
 )
 ALL_AT_ONCE = ("--serial", "100%", "--keep-going")
 ALL_SLOWER = tuple((old, new.replace("odom: 20", "odom: 4")) for old, new in ALL_FASTER)

@@ -3,17 +3,36 @@
 from __future__ import annotations
 
 import io
+import shlex
 import subprocess
 import tarfile
 import time
 
 import pytest
 
+from swarmctl.cli import exit_codes
 from tests.e2e.conducted import Conducted
 from tests.e2e.experiment import EXAMPLES, STILL, Experiment
-from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, moves, until
+from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, Note, moves, until
 from tests.timing import Promise
 
+#: Prints the limit that the driver of k3 shows, and whether it takes another one from a stranger.
+SHOWN = """
+import rclpy, time
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+rclpy.init()
+node = rclpy.create_node("looks")
+client = AsyncParameterClient(node, "/k3/driver")
+def result(future):
+    rclpy.spin_until_future_complete(node, future)
+    return future.result()
+assert client.wait_for_services(30)
+while (shown := result(client.get_parameters(["limits.linear"])).values[0].double_value) != VALUE:
+    time.sleep(0.1)
+print(shown)
+print(result(client.set_parameters([Parameter("limits.linear", value=5.0)])).results[0].successful)
+"""
 OUTAGE = 30.0  # s; DDS forgets a node that is silent for 20 s
 
 
@@ -45,6 +64,16 @@ class TestLeader(Conducted):
     ) -> None:
         with experiment.lab.publishing(host, "epuck", 0.05):
             experiment.refuses("epuck", "epuck-pi")
+
+    def test_a_driver_takes_a_lower_limit_and_shows_it(self, experiment: Experiment) -> None:
+        lab, k3 = experiment.lab, "k3: {type: khepera3, host: k3-pi"
+        slower = lab.variant("slower-k3", (f"{k3}}}", f"{k3}, settings: {{limits: {{linear: 0.04}}}}}}"))
+        before = lab.pids()
+        assert lab.deploy(slower).status == exit_codes.OK
+        look = shlex.join(["python3", "-c", SHOWN.replace("VALUE", "0.04")])
+        assert lab.shell("k3-pi", f"{SOURCE}; {look}").splitlines()[-2:] == ["0.04", "False"]
+        assert lab.swarmctl("rollback", "--yes").status == exit_codes.OK
+        assert lab.pids() == before
 
     def test_after_a_reboot_of_the_leader_the_gamepad_drives_all(
         self, experiment: Experiment, note: Note

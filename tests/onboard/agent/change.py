@@ -15,8 +15,8 @@ CHANGE = {
 
 BEFORE_RECORD = ["lock", "preflight", "stage", "sync", "verify", "publish"]
 BEFORE_FLIP = [*BEFORE_RECORD, "record", "stop"]
-UNDOABLE = ["stop", "flip", "switch", "links", "blocks", "reload", "start"]
-AFTER_FLIP = ["flip", "switch", "links", "blocks", "reload", "start", "done", "collect"]
+UNDOABLE = ["stop", "flip", "switch", "links", "blocks", "reload", "live", "start"]
+AFTER_FLIP = ["flip", "switch", "links", "blocks", "reload", "live", "start", "done", "collect"]
 TAKEN = ["publish", "stop", "links", "done"]
 
 

@@ -12,6 +12,7 @@ from swarm_onboard.driver.codec import Values
 from swarm_onboard.driver.config import Config, Sensor, parse
 from swarm_onboard.driver.driver import Driver
 from swarm_onboard.driver.kinematics import Pose
+from swarm_onboard.driver.live_parameters import LiveParameters
 from swarm_onboard.driver.port import PortError
 from swarm_onboard.driver.relay import Outgoing, Parameter
 from swarm_onboard.rosserial.topics import MessageType, Topic
@@ -218,6 +219,7 @@ class Bench:
             clock=self.clock,
             jitter=lambda: 1.0,
         )
+        self.live = LiveParameters(self.config, self.driver.take, lambda: None, self.commands.ring)
 
     def command(self, linear: float, angular: float = 0.0) -> None:
         self.commands.put((linear, 0.0, 0.0), (0.0, 0.0, angular))

@@ -266,7 +266,7 @@ def test_a_robot_without_its_urdf_drives_and_reports_it(tmp_path):
             node.wait_until_ready()
             node.drive(0.5, 0.1)
             node.drive_until(wiring.moving, 0.1)
-            wait_for(lambda: "no parameters: " in node.status()["message"])
+            wait_for(lambda: "no robot_description: " in node.status()["message"])
 
 
 def test_the_start_of_a_robot_joins_its_odometry_to_the_map(tmp_path):

@@ -288,11 +288,12 @@ def test_every_end_of_the_loop_is_a_stop(ending, monkeypatch):
         return 0.0
 
     monkeypatch.setattr(bench.driver, "step", last_step)
+    latch = StopLatch("", bench.commands, "")
     if ending == "exception":
         with pytest.raises(RuntimeError):
-            run(bench.driver, bench.commands, StopLatch("", bench.commands, ""), lambda: None, 1.0)
+            run(bench.driver, bench.commands, latch, lambda: None, 1.0, live=bench.live)
     else:
-        run(bench.driver, bench.commands, StopLatch("", bench.commands, ""), lambda: None, 1.0)
+        run(bench.driver, bench.commands, latch, lambda: None, 1.0, live=bench.live)
     assert bench.robot.requests[-1][1] == STOP
     assert bench.driver.phase is Phase.DISCONNECTED
 

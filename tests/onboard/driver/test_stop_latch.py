@@ -79,7 +79,7 @@ def test_a_latch_is_read_before_the_first_step_of_a_driver(file: Path) -> None:
             bench.commands.stop()
 
     bench.commands.wait = lambda *_: None
-    run(bench.driver, bench.commands, StopLatch(str(file), bench.commands, ""), beat, 1.0)
+    run(bench.driver, bench.commands, StopLatch(str(file), bench.commands, ""), beat, 1.0, live=bench.live)
     assert set(bench.robot.speed_requests()) == {STOP}
 
 

@@ -10,7 +10,8 @@ class Change(NamedTuple):
     it is undone without a confirmation, 0 if none is needed; ``values``: new ones of its secrets, by name, or
     ``secrets``: the kept set to go back to; ``stop_robots``: robots that move or are under command are
     stopped; without it the change is refused; ``files_only``: it is refused if it is more than files of the
-    release that nothing uses by itself."""
+    release that nothing uses by itself; ``reload_units``: drivers that take their parameter file while they
+    run."""
 
     txid: str
     who: str
@@ -26,3 +27,4 @@ class Change(NamedTuple):
     secrets: str | None = None
     stop_robots: bool = False
     files_only: bool = False
+    reload_units: list[str] | tuple[()] = ()

@@ -38,11 +38,12 @@ class HistoryRequest(HistoryNeeds, total=False):
 
 
 class UnitsBack(TypedDict):
-    """The units that a rollback stops, starts and restarts."""
+    """The units that a rollback stops, starts, restarts and reloads."""
 
     stop: list[str]
     start: list[str]
     restart: list[str]
+    reload: list[str]
 
 
 class HistoryAlways(TypedDict):

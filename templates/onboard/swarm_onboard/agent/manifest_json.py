@@ -24,8 +24,10 @@ class UnitAlways(TypedDict):
 
 class UnitData(UnitAlways, total=False):
     """One unit in the JSON. ``needs``: the files whose change restarts it; ``digest``: of their contents;
-    ``robot``: the one that it drives, or empty; ``secrets``: those that it reads."""
+    ``robot``: the one that it drives, or empty; ``fixed``: the digest without what its program takes while it
+    runs, if there is any; ``secrets``: those that it reads."""
 
+    fixed: str
     secrets: list[str]
 
 

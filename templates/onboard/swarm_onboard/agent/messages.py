@@ -203,7 +203,8 @@ class ApplyNeeds(TypedDict):
 class ApplyRequest(ApplyNeeds, Locking, total=False):
     """Bring the host from release ``previous`` to release ``next`` (digests).
 
-    ``reload``: keys of ``paths.READERS``; ``confirm_within``: s until it is undone unless it is confirmed, 0:
+    ``reload``: keys of ``paths.READERS``; ``reload_units``: drivers that take their parameter file while they
+    run; ``confirm_within``: s until it is undone unless it is confirmed, 0:
     no confirmation is needed; ``files_only``: nothing else changes, and it stays at once;
     ``wireguard_keys``: public ones that it keeps, whatever becomes of the change.
     The payload begins with new values of secrets, a JSON object by name of ``secrets`` bytes. A tar.gz
@@ -215,6 +216,7 @@ class ApplyRequest(ApplyNeeds, Locking, total=False):
     start: list[str]
     restart: list[str]
     reload: list[str]
+    reload_units: list[str]
     confirm_within: float
     secrets: int
     files_only: bool

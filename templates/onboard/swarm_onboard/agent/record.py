@@ -35,8 +35,9 @@ class Record(NamedTuple):
 
     ``previous`` and ``next``: digests of releases, None for nothing; ``previous_secrets`` and
     ``next_secrets``: their sets of secrets; ``touched``: its units; ``active``: those that ran before;
-    ``reload``: daemons that read its files; ``history``: the states to which the host may go back, the newest
-    first; ``deadline``: s since the boot ``boot_id``; ``error``: why it was undone.
+    ``reload``: daemons that read its files; ``reloaded``: units that take theirs while they run;
+    ``history``: the states to which the host may go back, the newest first; ``deadline``: s since the boot
+    ``boot_id``; ``error``: why it was undone.
     """
 
     state: str = ""
@@ -52,6 +53,7 @@ class Record(NamedTuple):
     touched: tuple[str, ...] = ()
     active: tuple[str, ...] = ()
     reload: tuple[str, ...] = ()
+    reloaded: tuple[str, ...] = ()
     history: tuple[State, ...] = ()
     error: str = ""
 

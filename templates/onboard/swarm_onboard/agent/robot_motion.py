@@ -46,8 +46,9 @@ def ask(
     paths: Mapping[str, str],
     patience: float = 0.0,
     enough: Callable[[Mapping[str, Mapping[str, Any]]], bool] = lambda _: False,
+    question: str = "?",
 ) -> dict[str, Mapping[str, Any]]:
-    """Asks until the latest answers are ``enough``, for at most ``patience`` s; returns them by robot.
+    """Asks until the latest answers are ``enough``, for at most ``patience`` s; returns them as in ``paths``.
 
     Asks once at least, which makes drivers and gates look at their latches.
     """
@@ -58,7 +59,7 @@ def ask(
         while True:
             for robot, path in paths.items():
                 with suppress(OSError):  # its driver has just ended, or has questions enough
-                    own[robot].sendto(b"?", path)
+                    own[robot].sendto(question.encode("ascii"), path)
             again = min(end, time.monotonic() + _AGAIN)
             while own and not enough(answers) and (left := again - time.monotonic()) > 0:
                 ready, _, _ = select.select(list(own.values()), [], [], left)

@@ -10,6 +10,7 @@ from . import (
     boot,
     daemon_reload,
     files,
+    live_parameters,
     record,
     recovery_unit,
     secrets,
@@ -57,6 +58,7 @@ def undo(home: Home, done: Record, because: str) -> FailedError:
         _tried(troubles, lambda: systemd.start_when_booted(system_links.enabled(manifest)))
     else:
         again = [unit for unit in manifest.units if unit in done.active and unit in done.touched]
+        _tried(troubles, lambda: live_parameters.take(home, done.reloaded))
         _tried(troubles, lambda: unit_start.start(again))
     error = f"{because}; {_outcome(done, booting, troubles)}"
     undone = done._replace(state=record.UNDONE, error=error)

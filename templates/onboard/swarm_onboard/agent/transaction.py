@@ -13,6 +13,7 @@ from . import (
     disk,
     file_switch,
     files,
+    live_parameters,
     motion_gate,
     next_release,
     record,
@@ -126,7 +127,9 @@ def waiting(home: Home, found: Record) -> RefusedError:
 
 
 def _check_units(change: Change, manifest: Manifest) -> None:
-    unknown = [unit for unit in change.start + change.restart if unit not in manifest.units]
+    unknown = [
+        unit for unit in [*change.start, *change.restart, *change.reload_units] if unit not in manifest.units
+    ]
     if unknown:
         raise RefusedError("{} is not a unit of release {}".format(", ".join(unknown), change.next))
 
@@ -163,6 +166,7 @@ def _begun(home: Home, change: Change, manifest: Manifest, chosen: str, history:
         touched=tuple(touched),
         active=tuple(systemd.running(touched)),
         reload=tuple(daemons),
+        reloaded=tuple(change.reload_units),
         history=history,
     )
 
@@ -185,6 +189,10 @@ def _forward(home: Home, change: Change, manifest: Manifest, begun: Record, repo
     daemon_reload.reload(home, begun.reload)
     systemd.forget([unit for unit in change.stop if unit not in manifest.units])
     passed("reload")
+    if begun.reloaded:
+        report.note(f"reloading {named(begun.reloaded)}")
+        live_parameters.take(home, begun.reloaded)
+    passed("live")
     units = [unit for unit in manifest.units if unit in starting]
     if units:
         report.note(f"starting {named(units)}")

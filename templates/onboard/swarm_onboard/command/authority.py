@@ -131,7 +131,7 @@ class Authority:
 
     def __init__(self, commanders: Sequence[Commander], timeout: float) -> None:
         self._commanders = sorted(commanders, key=lambda one: -one.priority)
-        self._timeout = timeout
+        self.timeout = timeout
         self._holds: dict[int, _Hold] = {}  # by priority
         self._refused: OrderedDict[Sender, _Refused] = OrderedDict()  # the latest at the end
         self._forgot = -math.inf  # when a refused sender was forgotten for lack of space
@@ -190,7 +190,7 @@ class Authority:
         return f"refuses {who}: {self._strangeness(strangers[0])}"
 
     def _recent(self, moment: float, now: float) -> bool:
-        return now < moment + self._timeout
+        return now < moment + self.timeout
 
     def _highest(self, now: float) -> _Hold | None:
         """The hold of the highest priority with a recent command."""

@@ -17,7 +17,7 @@ class DeadMan:
     def __init__(self, commands: CommandMailbox, timeout: float, clock: Callable[[], float]) -> None:
         self.since = clock()
         self._commands = commands
-        self._timeout = timeout
+        self.timeout = timeout
         self._clock = clock
 
     def in_force(self) -> Command | None:
@@ -27,7 +27,7 @@ class DeadMan:
     def due(self) -> float:
         """Returns the moment at which the latest command expires."""
         command = self._given()
-        return command.stamp + self._timeout if command is not None else -math.inf
+        return command.stamp + self.timeout if command is not None else -math.inf
 
     def expired(self) -> bool:
         """Returns True if the robot stands for want of commands, and not because it is held."""
@@ -39,7 +39,7 @@ class DeadMan:
             return "stopped by `swarmctl stop`: commands are ignored until `swarmctl start`"
         if self.in_force() is not None:
             return "driving" if moving else "standing still, as commanded"
-        silence = "yet" if self._given() is None else f"for {self._timeout:g} s"
+        silence = "yet" if self._given() is None else f"for {self.timeout:g} s"
         return f"standing still: no accepted command {silence}"
 
     def _given(self) -> Command | None:

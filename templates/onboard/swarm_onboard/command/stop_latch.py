@@ -37,15 +37,22 @@ class StopLatch:
         """Returns the socket whose input calls for a look and an answer, if there is one."""
         return [self._socket] if self._socket is not None else []
 
-    def answer(self, motion: Callable[[], Mapping[str, Any]]) -> None:
-        """Sends ``motion`` as JSON to the sender of each question since the last call."""
+    def answer(
+        self, motion: Callable[[], Mapping[str, Any]], requested: Callable[[str], None] = lambda _: None
+    ) -> None:
+        """Sends ``motion`` as JSON to the sender of each question since the last call.
+
+        ``requested`` takes the text of each one first.
+        """
         if self._socket is None:
             return
         with contextlib.suppress(OSError):  # there is no question, or its sender has gone
             while True:
                 question, sender = self._socket.recvfrom(_LONGEST)
                 if sender:
-                    text = json.dumps({**motion(), "question": question.decode("ascii", "replace")})
+                    words = question.decode("ascii", "replace")
+                    requested(words)
+                    text = json.dumps({**motion(), "question": words})
                     self._socket.sendto(text.encode("utf-8"), sender)
 
 

@@ -16,11 +16,24 @@ class ConfigError(Exception):
 
 def loaded(path: Path, parse: Callable[[Any], T]) -> T:
     """Returns what ``parse`` makes of the YAML file ``path``. Raises ``ConfigError``."""
+    return parsed(path, content_of(path), parse)
+
+
+def content_of(path: Path) -> bytes:
+    """Returns the content of the file ``path``. Raises ``ConfigError``."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"cannot read {path}: {error}") from error
+
+
+def parsed(path: Path, content: bytes, parse: Callable[[Any], T]) -> T:
+    """Returns what ``parse`` makes of the ``content`` of the YAML file ``path``. Raises ``ConfigError``."""
     import yaml  # noqa: PLC0415  the agent has this package as well, on hosts without PyYAML
 
     try:
-        data = yaml.safe_load(path.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        data = yaml.safe_load(content.decode("utf-8"))
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
         raise ConfigError(f"cannot read {path}: {error}") from error
     try:
         return parse(data)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, Mapping
 
 from swarm_onboard.command.authority import Commander, commander_of
 from swarm_onboard.command.start import Start, start_of
-from swarm_onboard.common.parameters import between, loaded, positive
+from swarm_onboard.common.parameters import between, content_of, parsed, positive
+from swarm_onboard.driver.live_values import fixed
 from swarm_onboard.driver.protocols import Protocol, protocol_of
 from swarm_onboard.driver.shown_params import shown_params
 
@@ -116,6 +118,9 @@ class Config:
     start: Start | None = None
     stop_file: str = ""  # the latch of `swarmctl stop`
     shown: Mapping[str, Any] = field(default_factory=dict)  # as ROS parameters
+    fixed: Mapping[str, Any] = field(default_factory=dict)  # what a running driver does not take
+    file: Path = Path()
+    digest: str = ""  # SHA-256 of the file
 
     def readable(self, sensor: Sensor, firmware: str) -> bool:
         """Returns whether a robot with this ``firmware`` has the query of a sensor."""
@@ -128,7 +133,9 @@ class Config:
 
 def load(path: Path) -> Config:
     """Returns the parameters in the file ``path``. Raises ``ConfigError``."""
-    return loaded(path, lambda data: parse(data, path.parent))
+    content = content_of(path)
+    config = parsed(path, content, lambda data: parse(data, path.parent))
+    return replace(config, file=path, digest=sha256(content).hexdigest())
 
 
 def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
@@ -156,6 +163,7 @@ def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
         start=start_of(data["start"]) if "start" in data else None,
         stop_file=str(data.get("stop_file", "")),
         shown=shown_params(data),
+        fixed=fixed(data),
     )
 
 

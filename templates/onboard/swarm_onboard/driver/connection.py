@@ -59,6 +59,9 @@ class Connection(Protocol):
         """Returns the files whose input calls for a step before that moment."""
         ...
 
+    def take(self, config: Config) -> None:
+        """Works with the live values of ``config`` from the next step on."""
+
     def stop(self) -> None:
         """Stops the robot, and confirms it where the protocol can."""
         ...

@@ -19,6 +19,7 @@ from swarm_onboard.driver.config import Config
 from swarm_onboard.driver.connection import FIRST_RETRY, LAST_RETRY, Connection, ConnectionContext, Readable
 from swarm_onboard.driver.kinematics import Odometry
 from swarm_onboard.driver.link import BytePort, LinkLostError
+from swarm_onboard.driver.live_parameters import LiveParameters
 from swarm_onboard.driver.polled_robot import PolledRobot, linked
 from swarm_onboard.driver.port import PortError
 from swarm_onboard.driver.protocols import RosserialProtocol
@@ -75,7 +76,7 @@ class Driver:
         self._firmware = "unknown"
         self._trouble = "not connected yet"
         self._attempt = 0
-        self._due = self._report_due = clock()
+        self._due = self._report_due = self._taken_at = clock()
 
     @property
     def phase(self) -> Phase:
@@ -100,6 +101,14 @@ class Driver:
             self._report_due = now + 1 / self._config.diagnostics_rate
             self._sink.report(self._report())
         return max(0.0, min(self._due, self._report_due) - self._clock())
+
+    def take(self, config: Config) -> None:
+        """Works with the live values of ``config`` from the next step on; the robot keeps its command."""
+        self._config = config
+        self._dead_man.timeout = config.command_timeout
+        if self._connection is not None:
+            self._connection.take(config)
+        self._taken_at = self._report_due = self._clock()
 
     def listens_to(self) -> Sequence[Readable]:
         """Returns the files whose input calls for a step before the time that ``step`` returned is over."""
@@ -197,7 +206,7 @@ class Driver:
             level = Level.ERROR if connection is None or trouble else Level.WARN
             return Report(level, trouble or self._trouble, figures)
         strangers = [standing.complaint] if standing.complaint else []
-        age = self._clock() - connection.since
+        age = self._clock() - max(connection.since, self._taken_at)
         slow = [
             f"{name} comes at {measured:.1f} instead of {wanted:g} Hz"
             for name, measured, wanted in connection.rates()
@@ -240,6 +249,8 @@ def run(
     latch: StopLatch,
     beat: Callable[[], None],
     longest_wait: float,
+    *,
+    live: LiveParameters,
 ) -> None:
     """Steps ``driver`` until ``commands`` are stopped, with ``beat`` after each step.
 
@@ -248,9 +259,10 @@ def run(
     try:
         while not commands.stopped:
             latch.look()
+            live.look()
             wait = driver.step()
             beat()
-            latch.answer(driver.motion)
+            latch.answer(lambda: {**driver.motion(), **live.state()}, live.requested)
             commands.wait(min(wait, longest_wait), [*driver.listens_to(), *latch.listens_to()])
     finally:
         driver.close()

@@ -6,12 +6,14 @@ It confirms a stop and its identity before it is served.
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from functools import partial
 from typing import Callable, Iterator, Union
 
 from swarm_onboard.command.report import Level
 from swarm_onboard.driver.binary_protocol import BinaryCodec
 from swarm_onboard.driver.codec import BadReplyError, Codec
+from swarm_onboard.driver.config import Config
 from swarm_onboard.driver.connection import ConnectionContext
 from swarm_onboard.driver.kinematics import STANDSTILL, Odometry
 from swarm_onboard.driver.line_protocol import LineCodec, firmware_version, overheard
@@ -57,6 +59,11 @@ class PolledRobot:
     def listens_to(self) -> list[BytePort]:
         """Returns nothing: unsolicited bytes are noise."""
         return []
+
+    def take(self, config: Config) -> None:
+        self._around = replace(self._around, config=config)
+        if self._session is not None:
+            self._session.take(config)
 
     def stop(self) -> None:
         self._link.twice(lambda: self._link.set_speed(*STANDSTILL))
@@ -121,7 +128,7 @@ class PolledRobot:
         around.sink.event(Level.OK, f"connected to {config.port}, firmware {self.firmware}")
         yield Session(
             self._link,
-            config,
+            self._around.config,  # taken since, if it is another one
             scale,
             odometry=self._odometry,
             commands=around.commands,

@@ -11,6 +11,7 @@ from collections import deque
 
 from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.command.report import Level
+from swarm_onboard.driver.config import Config
 from swarm_onboard.driver.connection import ConnectionContext
 from swarm_onboard.driver.kinematics import Odometry, within_limits
 from swarm_onboard.driver.link import BytePort, LinkLostError
@@ -101,6 +102,11 @@ class Board:
         self._pass_on()
         post_due = self._free_at if self._outbox else float("inf")
         return min(self._conversation.due(), self._speed_due(self._wanted()), self._dead_man_due(), post_due)
+
+    def take(self, config: Config) -> None:
+        self._config = config
+        self._dead_man.timeout = config.command_timeout
+        self._wheels.kinematics = config.kinematics
 
     def stop(self) -> None:
         """Sends a stop. No board confirms it."""

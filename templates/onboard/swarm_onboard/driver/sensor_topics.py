@@ -69,9 +69,9 @@ class RangeTopics:
             node.publisher(f"{sensor.name}/{name}", sensor_msgs.Range, Kind.SENSOR)
             for name in (self._names if sensor_msgs else ())
         ]
-        self._scan: ScanTopic | None = None
+        self.scan: ScanTopic | None = None
         if sensor_msgs and len(self._names) > 1:
-            self._scan = ScanTopic(node, sensor, frames)
+            self.scan = ScanTopic(node, sensor, frames)
 
     def publish(self, values: Values) -> None:
         raw = readings.whole(readings.every(values, self._stride), self._largest)
@@ -80,8 +80,8 @@ class RangeTopics:
         for publisher, frame, reading in zip(self._elements, self._frames, raw):
             if publisher.listeners() > 0:
                 publisher.publish(self._range(frame, reading, stamp))
-        if self._scan is not None and self._scan.wanted():
-            self._scan.publish([self._distances.metres(reading) for reading in raw], stamp)
+        if self.scan is not None and self.scan.wanted():
+            self.scan.publish([self._distances.metres(reading) for reading in raw], stamp)
 
     def _range(self, frame: str, reading: int, stamp: Any) -> Any:
         message = sensor_msgs.Range(
@@ -98,7 +98,8 @@ class ScanTopic:
     """The distances of an array around the robot, as a laser scanner would have them."""
 
     def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
-        self._scan, self._period, self._frame = scan.Scan(sensor.settings), 1 / sensor.rate, frames.base
+        self.period = 1 / sensor.rate
+        self._scan, self._frame = scan.Scan(sensor.settings), frames.base
         self._publisher = node.publisher(f"{sensor.name}/scan", sensor_msgs.LaserScan, Kind.SENSOR)
 
     def wanted(self) -> bool:
@@ -111,7 +112,7 @@ class ScanTopic:
             angle_min=scan.FIRST,
             angle_max=scan.FIRST + (scan.RAYS - 1) * scan.STEP,
             angle_increment=scan.STEP,
-            scan_time=self._period,
+            scan_time=self.period,
             range_min=self._scan.nearest,
             range_max=self._scan.farthest,
             ranges=self._scan.ranges(distances),
@@ -234,6 +235,14 @@ def topics_of(node: Node, config: Config, frames: Frames) -> dict[str, SensorTop
         for one in config.sensors
         if one.rate > 0 and one.kind in _KINDS and (sensor_msgs or one.kind in _WITHOUT_SENSOR_MSGS)
     }
+
+
+def retime(topics: Mapping[str, SensorTopics], config: Config) -> None:
+    """Applies other rates to what messages have of them."""
+    for sensor in config.sensors:
+        of_sensor = topics.get(sensor.name)
+        if isinstance(of_sensor, RangeTopics) and of_sensor.scan is not None:
+            of_sensor.scan.period = 1 / sensor.rate
 
 
 def _labelled(message: Any, names: Sequence[str]) -> Any:

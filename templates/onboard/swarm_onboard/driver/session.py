@@ -108,7 +108,8 @@ class Session:
         self._tally = tally
         self._clock = clock
         self._slow = slow
-        self._polls = self._planned_polls([one for one in config.sensors if one not in left_out])
+        self._left_out = [one.name for one in left_out]
+        self._polls = self._planned_polls(config.sensors, self.since)
         self._shown, self._show_at, self._showed = SentSettings(outputs, self.since), self.since, False
         self._confirmed: Units | None = STANDSTILL  # none while it is not known what the robot does
         self._sent_at = self.since
@@ -125,6 +126,12 @@ class Session:
         else:
             self._serve(now, aim)
         return self._next_due()
+
+    def take(self, config: Config) -> None:
+        """Works with the live values of ``config`` from now on."""
+        self._config = config
+        self._dead_man.timeout = config.command_timeout
+        self._polls = self._planned_polls(config.sensors, self._clock())
 
     def activity(self) -> str:
         """What the robot is doing, in words."""
@@ -253,17 +260,17 @@ class Session:
         polls = (poll.due for poll in self._polls if self._fits(poll, now, aim))
         return min([self._speed_due(aim), self._dead_man_due(), show_due, *polls])
 
-    def _planned_polls(self, sensors: Sequence[Sensor]) -> list[Poll]:
+    def _planned_polls(self, sensors: Sequence[Sensor], due: float) -> list[Poll]:
         fed: dict[str, list[Feed]] = {}
         for sensor in sensors:
-            if sensor.rate > 0:
-                fed.setdefault(sensor.read, []).append(Feed(sensor, self.since))
+            if sensor.rate > 0 and sensor.name not in self._left_out:
+                fed.setdefault(sensor.read, []).append(Feed(sensor, due))
         return [
             Poll(
                 query,
                 max(feed.sensor.rate for feed in feeds),
                 feeds,
-                due=self.since,
+                due=due,
                 wait=self._config.waits.get(query),
             )
             for query, feeds in fed.items()

@@ -26,10 +26,17 @@ def show_parameters(node: Node, config: Config) -> Iterator[str]:
     """
     try:
         node.set_parameters(config.shown)
-        if config.urdf is not None:
-            node.describe(config.urdf.read_text("utf-8"))
     except Exception as error:  # noqa: BLE001  the robot drives without them
         yield f"no parameters: {error}"
+
+
+def describe(node: Node, config: Config) -> Iterator[str]:
+    """Shows the robot's description. Yields why it could not be shown."""
+    try:
+        if config.urdf is not None:
+            node.describe(config.urdf.read_text("utf-8"))
+    except Exception as error:  # noqa: BLE001  the robot drives without it
+        yield f"no robot_description: {error}"
 
 
 def subscribe_to_settings(
@@ -56,7 +63,13 @@ class DriverTopics:
         self._sensors = sensor_topics.topics_of(node, config, named)
         self._places = frames.publish_places(node, config, named)
         self._diagnostics = Diagnostics(node, f"{config.robot}: driver", f"{config.title} {config.robot}")
-        self.left_out = (*_left_out(config, self._sensors), *show_parameters(node, config))
+        self._unpublished = (*_left_out(config, self._sensors), *describe(node, config))
+        self.left_out = (*self._unpublished, *show_parameters(node, config))
+
+    def take(self, config: Config) -> None:
+        """Shows the live values of ``config``, with which the driver works now."""
+        sensor_topics.retime(self._sensors, config)
+        self.left_out = (*self._unpublished, *show_parameters(self._node, config))
 
     def odometry(self, pose: Pose) -> None:
         self._motion.publish(pose)

@@ -25,7 +25,7 @@ class Wheels:
         ticks = protocol.ticks
         self.odometry = odometry
         self._sides = (ticks.left, ticks.right) if ticks else ()
-        self._kinematics = kinematics
+        self.kinematics = kinematics
         way = 2 * math.pi * ticks.wheel_radius / ticks.counts_per_turn if ticks else 0.0
         self.scale = Scale(firmware_below=math.inf, speed_units_per_mps=1.0, metres_per_count=way)
         self._counts: dict[str, int] = {}
@@ -50,6 +50,6 @@ class Wheels:
         left, right = (self._counts[side] for side in self._sides)
         counters = Counters(left, right, arrived)
         self._counts = {}
-        kinematics = replace(self._kinematics, counter_bits=_BITS[topic.type])
+        kinematics = replace(self.kinematics, counter_bits=_BITS[topic.type])
         self.odometry = self.odometry.update(counters, kinematics, self.scale, self._trusted)
         return self.odometry.pose

@@ -13,7 +13,7 @@ from typing import Any, Callable, Mapping, Sequence
 
 import rclpy
 from geometry_msgs.msg import Twist
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -113,6 +113,8 @@ class Node:
 
     def __init__(self, node: Any) -> None:
         self.rcl = node
+        self._shown: Mapping[str, Any] = {}
+        node.add_on_set_parameters_callback(self._guarded)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
         self._spinning = threading.Thread(target=self._spin, name="ros", daemon=True)
@@ -171,9 +173,19 @@ class Node:
         subscribe_with_sender(self.rcl, message, topic, received, quality(Kind.STATE, publishes=False))
 
     def set_parameters(self, values: Mapping[str, Any]) -> None:
-        shown = ParameterDescriptor(read_only=True)
-        for name, value in flat(values):
-            self.rcl.declare_parameter(name, value, shown)
+        self._shown = dict(flat(values))
+        typed = ParameterDescriptor(dynamic_typing=True)  # 1 is of another type than 0.5
+        for name, value in self._shown.items():
+            if self.rcl.has_parameter(name):
+                self.rcl.set_parameters_atomically([Parameter(name, value=value)])
+            else:
+                self.rcl.declare_parameter(name, value, typed)
+
+    def _guarded(self, parameters: Sequence[Any]) -> SetParametersResult:
+        """Refuses another value of what this node shows, as it does not read it."""
+        if all(one.value == self._shown.get(one.name, one.value) for one in parameters):
+            return SetParametersResult(successful=True)
+        return SetParametersResult(successful=False, reason="its parameter file has the value")
 
     def describe(self, urdf: str) -> None:
         self.publisher("robot_description", String, Kind.LATCHED).publish(String(data=urdf))

@@ -57,7 +57,7 @@ def packages(package: str, *names: str) -> None:
 packages("diagnostic_msgs", "DiagnosticArray", "DiagnosticStatus", "KeyValue")
 packages("geometry_msgs", "Quaternion", "TransformStamped", "Twist", "TwistStamped", "Vector3")
 packages("nav_msgs", "Odometry")
-packages("rcl_interfaces", "ParameterDescriptor")
+packages("rcl_interfaces", "ParameterDescriptor", "SetParametersResult")
 packages(
     "sensor_msgs",
     "BatteryState",

@@ -33,6 +33,7 @@ def handle(request: ApplyRequest, payload: bytes, report: Report) -> ApplyAnswer
         start=unit_names(request.get("start", [])),
         restart=unit_names(request.get("restart", [])),
         reload=[name for name in request.get("reload", []) if name in READERS],
+        reload_units=unit_names(request.get("reload_units", [])),
         confirm_within=min(float(request.get("confirm_within", 0)), 3600.0),
         values=secrets.offered(values),
         stop_robots=bool(request.get("stop_robots")),

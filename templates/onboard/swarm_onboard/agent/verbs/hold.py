@@ -23,7 +23,7 @@ def handle(request: HoldRequest, payload: bytes, report: Report) -> HoldAnswer:
     seconds, within = (min(max(value, 0.0), _LONGEST) for value in (request["seconds"], request["within"]))
     with lock.held_for(home, request):  # an agent whose connection was lost may still be at work
         found = _undone_without(home, txid, "", report)
-    units = [unit for unit in home.manifest(found.next).units if unit in found.touched]
+    units = [unit for unit in home.manifest(found.next).units if unit in (*found.touched, *found.reloaded)]
     if trouble := steady_units.trouble(units, seconds, within):
         with lock.held_for(home, request):
             found = _undone_without(home, txid, trouble, report)

@@ -32,6 +32,7 @@ def handle(request: RollbackRequest, payload: bytes, report: Report) -> ApplyAns
             start=units["start"],
             restart=units["restart"],
             reload=[],
+            reload_units=units["reload"],
             confirm_within=min(float(request.get("confirm_within", 0)), 3600.0),
             values={},
             secrets=chosen,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from concurrent.futures import Future
+from threading import Lock
 from typing import TYPE_CHECKING, Callable
 
 from swarm_onboard.command import runner
@@ -25,6 +26,7 @@ from swarm_onboard.driver.codec import Values
 from swarm_onboard.driver.config import Config, Sensor, load
 from swarm_onboard.driver.driver import Driver, run
 from swarm_onboard.driver.kinematics import Pose
+from swarm_onboard.driver.live_parameters import LiveParameters
 from swarm_onboard.driver.port import Port
 from swarm_onboard.driver.relay import Mailbox
 from swarm_onboard.ros import node as ros
@@ -57,10 +59,9 @@ class DriverNode:
     def __init__(self, config: Config, notifier: Notifier) -> None:
         self.commands = CommandMailbox()
         self._latch = StopLatch(config.stop_file, self.commands)
-        self._config = config
         self._log = command_log(config.commanders)
-        authority = Authority(config.commanders, config.command_timeout)
-        self._senders = CommandGate(authority, self.commands, self._log)
+        self._authority = Authority(config.commanders, config.command_timeout)
+        self._senders = CommandGate(self._authority, self.commands, self._log)
         self._news = News(notifier)
         self._outputs = ActuatorSettings(config.actuators, self.commands.ring)
         self._relay = BoardRelay(Mailbox(self.commands.ring))
@@ -73,23 +74,37 @@ class DriverNode:
             open_port=lambda: Port(config.port, config.serial),
             standing=self._senders.standing,
         )
+        self._live = LiveParameters(config, self._take, self._show, self.commands.ring)
+        self._showing = Lock()
 
     def run(self, beat: Callable[[], None], longest_wait: float) -> None:
-        run(self._driver, self.commands, self._latch, beat, longest_wait)
+        run(self._driver, self.commands, self._latch, beat, longest_wait, live=self._live)
 
     def join(self, loop: Future[None]) -> ros.Node:
-        node = ros.join_for_good("driver", self._config.namespace, self.commands.stop)
+        config = self._live.config
+        node = ros.join_for_good("driver", config.namespace, self.commands.stop)
         # Importing messages takes longer than stopping the robot.
         from swarm_onboard.driver.topics import DriverTopics, subscribe_to_settings  # noqa: PLC0415
 
-        self._news.ros = DriverTopics(node, self._config)
+        with self._showing:
+            self._news.ros = DriverTopics(node, self._live.config)
         node.subscribe_to_commands("cmd_vel", self._senders.give)
-        for actuator in self._config.actuators:
+        for actuator in config.actuators:
             subscribe_to_settings(node, actuator, self._senders, self._outputs)
         for complaint in self._news.ros.left_out:
             print(complaint, file=sys.stderr, flush=True)
         self._relay.join(node)
         return node
+
+    def _take(self, config: Config) -> None:
+        self._authority.timeout = config.command_timeout
+        self._driver.take(config)
+        self._news.event(Level.OK, f"took {config.file} while it runs")
+
+    def _show(self) -> None:
+        with self._showing:
+            if self._news.ros:
+                self._news.ros.take(self._live.config)
 
     def leave(self) -> None:
         self._log.close()

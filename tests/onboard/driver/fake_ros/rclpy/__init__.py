@@ -103,6 +103,14 @@ class Node:
         self._parameters[name] = value
         say({"topic": "parameter", "name": name, "value": value})
 
+    def add_on_set_parameters_callback(self, check: Any) -> None:
+        self._check = check
+
+    def set_parameters_atomically(self, parameters: list[Any]) -> None:
+        assert self._check(parameters).successful
+        for one in parameters:
+            self.declare_parameter(one.name, one.value, None)
+
     def has_parameter(self, name: str) -> bool:
         return name in self._parameters
 
