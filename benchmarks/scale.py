@@ -3,7 +3,7 @@
 `swarmctl plan` of N recorded hosts: SSH servers on this machine that replay what one agent answered. First
 with all connections in one process, then in the workers of a Dask cluster, each a process as on a machine of
 its own. CPU time per host of the operator, of the workers with their scheduler, and of the recorded hosts,
-which are none of the operator's.
+which are none of the operator's; the most memory of the operator.
 """
 
 from __future__ import annotations
@@ -40,18 +40,29 @@ _START = 60.0  # s
 
 @dataclass(frozen=True)
 class Cost:
-    """CPU time by part of the work and the time that passed, in s."""
+    """CPU time by part of the work and the time that passed, in s; the most memory, in MB."""
 
     operator: float
     workers: float
     hosts: float
     passed: float
+    memory: float
 
 
 def cpu(pids: Sequence[int]) -> float:
     """The CPU time of processes so far, in s."""
     fields = (Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split() for pid in pids)
     return sum(int(one[11]) + int(one[12]) for one in fields) / _TICK
+
+
+def most_memory() -> float:
+    """The most that this process has had in memory since ``forget_memory``, in MB (proc(5))."""
+    status = Path("/proc/self/status").read_text()
+    return int(status.partition("VmHWM:")[2].split()[0]) / 1000
+
+
+def forget_memory() -> None:
+    Path("/proc/self/clear_refs").write_text("5")
 
 
 def rendered(hosts: int, folder: Path) -> dict[str, Bundle]:
@@ -110,10 +121,11 @@ def measured(
     workers: Sequence[int],
     hosts: Sequence[int],
 ) -> tuple[Plan, Cost]:
+    forget_memory()
     before = time.process_time(), cpu(workers), cpu(hosts), time.monotonic()
     plan = observe(wanted, targets, transport, parallel=parallel)
     after = time.process_time(), cpu(workers), cpu(hosts), time.monotonic()
-    return plan, Cost(*(one - two for one, two in zip(after, before, strict=True)))
+    return plan, Cost(*(one - two for one, two in zip(after, before, strict=True)), memory=most_memory())
 
 
 def main() -> int:
@@ -156,11 +168,11 @@ def main() -> int:
 
 def report(costs: Mapping[str, Cost], hosts: int, *, check: bool) -> int:
     print(f"plan of {hosts} recorded hosts on {os.cpu_count()} cores; CPU time per host, ms")
-    print(f"{'':14}{'operator':>9}{'workers':>9}{'hosts':>7}{'s in all':>10}{'ms per host':>13}")
+    print(f"{'':14}{'operator':>9}{'workers':>9}{'hosts':>7}{'s in all':>10}{'ms per host':>13}{'MB':>6}")
     for label, one in costs.items():
         parts = [1000 * part / hosts for part in (one.operator, one.workers, one.hosts)]
         print(f"{label:14}{parts[0]:9.2f}{parts[1]:9.2f}{parts[2]:7.2f}{one.passed:10.1f}"
-              f"{1000 * one.passed / hosts:13.2f}")  # fmt: skip
+              f"{1000 * one.passed / hosts:13.2f}{one.memory:6.0f}")  # fmt: skip
     alone, spread = costs.values()
     ratio = alone.operator / spread.operator
     faster, cores = alone.passed / spread.passed, os.cpu_count()

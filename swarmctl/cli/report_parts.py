@@ -66,6 +66,23 @@ class Parts:
         made = weakest.named(made, self.expected.document)
         return made.to_json() | {"left_hosts": sorted((*left[0], *left[1]))}
 
+    def edits(self, wanted: Mapping[str, Bundle]) -> dict[str, str]:
+        """The files of ``wanted`` that were edited on hosts, as they are there."""
+        from swarmctl.deploy.edits_on_hosts import edits_on_hosts
+        from swarmctl.remote.transport import HostError
+
+        texts: dict[str, str] = {}
+        found = edits_on_hosts(wanted, self.targets, self.transport, parallel=self.parallel)
+        for host, answer in found.items():
+            if isinstance(answer, HostError):
+                self.missing.setdefault(host, answer.message)
+                continue
+            ours = {file.path for file in wanted[host].files}  # a host may name any path
+            for one in answer:
+                if one.text is not None and one.path in ours:
+                    texts[f"edits/{host}/{one.place.lstrip('/')}"] = one.text
+        return texts
+
     def logs(self, since: float) -> list[dict[str, Any]]:
         """The last entries of all hosts, in the order of time, as ``logs --json`` prints them."""
         from swarmctl.health.host_logs import Question, host_logs

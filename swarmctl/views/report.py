@@ -9,6 +9,7 @@ status.json     the health of the swarm, as `swarmctl status --json` prints it
 look.json       when that was seen, and how the spec was named
 plan.json       what a deploy would do, as `swarmctl plan --json` prints it
 logs.jsonl      the last lines of each host, as `swarmctl logs --json` prints them
+edits/          files that were edited on hosts and that a deploy would replace, as they are there
 history.json    the runs that changed the hosts
 graph.svg/json  the swarm as a graph
 motion.json     topics on how robots move, and their start poses

@@ -14,9 +14,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarmctl.adoption.changes import EditedFile
 from swarmctl.cli import exit_codes, options
 from swarmctl.cli.app import run
-from swarmctl.deploy import histories, rollout
+from swarmctl.deploy import edits_on_hosts, histories, rollout
 from swarmctl.health import collect, host_logs, report_archive
 from swarmctl.health.host_logs import HostLog
 from swarmctl.health.log_entries import Entry
@@ -37,6 +38,7 @@ class Swarm:
         self.spec, self.file, self._output = spec, spec.parent / "r.tar.gz", output
         self.answers: dict[str, Any] = dict(all_well())
         self.message = f"the PIN is {PIN}"
+        self.edits: list[EditedFile] | HostError = []
 
     def probe(self, *_: Any, **__: Any) -> dict[str, Any]:
         return self.answers
@@ -48,6 +50,9 @@ class Swarm:
 
     def observe(self, bundles: Any, *_: Any, **__: Any) -> Plan:
         return Plan("newswarm", tuple(HostPlan(host, None, "a" * 16) for host in bundles))
+
+    def edited(self, bundles: Any, *_: Any, **__: Any) -> dict[str, Any]:
+        return {host: self.edits if host == K3_PI else [] for host in bundles}
 
     def typed(self, *words: str) -> tuple[int, str, str]:
         code = run(words)
@@ -76,10 +81,25 @@ def swarm(
     monkeypatch.setattr(collect, "probe_hosts", found.probe)
     monkeypatch.setattr(host_logs, "host_logs", found.logs)
     monkeypatch.setattr(rollout, "observe", found.observe)
+    monkeypatch.setattr(edits_on_hosts, "edits_on_hosts", found.edited)
     monkeypatch.setattr(histories, "histories", lambda *_, **__: [Finished(host, [], 0.0) for host in HOSTS])
     reach = {host.name: Target(host.name, host.address, "robot") for host in graph().hosts}
     monkeypatch.setattr(options, "targets", lambda *_, **__: reach)
     return found
+
+
+def test_the_archive_has_what_was_edited_on_hosts(swarm: Swarm) -> None:
+    swarm.edits = [
+        EditedFile(K3_PI, "params/k3.yaml", "params/k3.yaml", f"pin: {PIN}\n", "0" * 64),
+        EditedFile(K3_PI, "hosts/block", "/etc/hosts", "10.0.0.9 printer\n", "0" * 64),
+        EditedFile(K3_PI, "../../up", "../../up", "x", "0" * 64),
+        EditedFile(K3_PI, "urdf/k3.urdf", "urdf/k3.urdf", None, "0" * 64),
+    ]
+    assert swarm.report()[0] == exit_codes.OK
+    assert {name: text for name, text in swarm.texts().items() if name.startswith("edits/")} == {
+        "edits/k3-pi/params/k3.yaml": "pin: (secret epuck-pin)\n",
+        "edits/k3-pi/etc/hosts": "10.0.0.9 printer\n",
+    }
 
 
 @pytest.mark.parametrize("options", [(), ("--details",), ("--json",)])

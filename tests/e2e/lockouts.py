@@ -18,6 +18,7 @@ UNIT = "site.service"
 FIREWALL = "tcp dport 22 tcp flags & (syn | ack) == syn drop"
 SSHD = "/etc/ssh/sshd_config.d"
 RESTART = "systemctl restart ssh"
+ADDRESS = "ip -o -4 address show dev wlan0 | awk '{print $4}'"
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,10 @@ LOCKOUTS = {
         f"echo AllowUsers nobody >{SSHD}/site.conf; {RESTART}", f"rm -f {SSHD}/site.conf; {RESTART}"
     ),
     "stopped sshd": Lockout("systemctl stop ssh", "systemctl start ssh"),
+    "subnet": Lockout(
+        f"right=$({ADDRESS}); ip address flush dev wlan0; ip address add 10.254.0.9/24 dev wlan0",
+        '[ -z "$right" ] || { ip address flush dev wlan0; ip address add $right dev wlan0; }',
+    ),
     "wlan": Lockout("ip link set wlan0 down", "ip link set wlan0 up"),
 }
 # It keeps the record of the change while that waits for its confirmation: nobody can ask the host then.

@@ -69,6 +69,7 @@ def report(
         "history.json": {"v": 1, "swarm": expected.swarm.name, "runs": runs},
         "versions.json": parts.versions(),
     }
+    edits = parts.edits(wanted)
     readme = view.readme(
         expected.swarm.name, time.strftime("%Y-%m-%d %H:%M:%S %z", now), parts.missing, unknown
     )
@@ -76,6 +77,7 @@ def report(
         "README.txt": clean(readme),
         **{name: written(clean(document)) for name, document in documents.items()},
         **parts.drawn(clean),
+        **clean(edits),
         report_archive.LOGS: lines_of(clean(logs)),
         **clean(parts.spec(spec.first.parent, [str(one) for one in spec.files[1:]])),
     }
