@@ -125,6 +125,7 @@ def main(place: str) -> None:
         threading.Thread(target=_accept, args=(listener, keeper), daemon=True).start()
         while keeper.expire():
             time.sleep(_LOOK)
+    Path(f"{place}.pid").unlink()
 
 
 def _accept(listener: Listener, keeper: Keeper) -> None:

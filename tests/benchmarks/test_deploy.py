@@ -44,5 +44,6 @@ def test_the_jobs_and_the_steps(tmp_path: Path) -> None:
     assert {"`apply`", "`lease`, given back"} <= made.keys()
     assert not {"a connection, login (2)", "`hold`", "`confirm`"} & made.keys()  # these files run nothing
     assert lowest["fsync"][0] >= 0
-    assert set(tools) == {compare.BARE, "swarmctl", "fabric", "ansible-core", "pyinfra"}
+    others = {"asyncssh", "fabric", "mitogen", "ansible-core", "pyinfra"}
+    assert set(tools) == {compare.BARE, "swarmctl", *others}
     assert benchmark.spec_of(2).count("khepera3") == 2
