@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import os
 import shutil
-import signal
 import statistics
 import sys
 import tempfile
@@ -287,8 +286,6 @@ def main() -> int:
             rounds = network.within(namespace, lambda: measured(chosen, given.rounds))
         return int(not shown(chosen, rounds) and given.check)
     finally:
-        if (keeper := folder / "keeper.pid").exists():
-            os.kill(int(keeper.read_text()), signal.SIGTERM)
         shutil.rmtree(folder)
 
 
