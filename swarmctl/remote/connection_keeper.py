@@ -1,7 +1,7 @@
 """A process that keeps the SSH connections of verbs for the next ones, as ssh does with ControlPersist.
 
 It logs in as a verb does, with the same checks of host keys. A connection is kept for ``KEPT`` s after its
-last use, and only if nothing has failed over it. The process ends once it has none.
+last use, and only if nothing has failed over it. The process ends once it has had none for as long.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Keeper:
             self._verbs -= 1
 
     def expire(self) -> bool:
-        """Closes what was not used for ``KEPT`` s. Returns False once there is nothing left to keep."""
+        """Closes what was not used for ``KEPT`` s. Returns False if there has been nothing since then."""
         now = self._clock()
         with self._lock:
             old = [target for target, (_, since) in self._kept.items() if now - since >= KEPT]

@@ -107,7 +107,8 @@ class KeptSession:
     def agent_session(self, chosen: Agent, *, become: bool) -> KeptSession:
         """See ``WorkerSession``."""
         self._agent, self._become = chosen, become
-        self._keeper.send(chosen)
+        with suppress(OSError):  # the request that follows raises it
+            self._keeper.send(chosen)
         return self
 
     def request(

@@ -132,6 +132,17 @@ def test_an_agent_whose_code_was_removed_is_not_used(
     assert logins(server) == 2
 
 
+def test_a_process_that_was_killed_costs_the_request_alone(
+    server: servers.Sshd, kept: Callable[[], Kept], tmp_path: Path
+) -> None:
+    with kept().connect(server.target()) as session:
+        os.kill(int((tmp_path / "keeper.pid").read_text()), signal.SIGKILL)
+        with agent_client.agent_session(session) as agent, pytest.raises(HostError) as caught:
+            agent.request(OBSERVE)
+    assert caught.value.kind is Kind.LOST
+    assert observed(kept(), server.target())["release"] is None
+
+
 def test_without_a_folder_of_its_own_nothing_is_kept(
     server: servers.Sshd, kept: Callable[[], Kept], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
