@@ -60,6 +60,7 @@ def keeping_connections(swarm: LabSwarm) -> Iterator[None]:
     try:
         yield
     finally:
+        swarm.environment.clear()
         swarm.environment.update(before)
         for file in place.glob("swarmctl/*.pid"):
             os.kill(int(file.read_text()), signal.SIGTERM)
