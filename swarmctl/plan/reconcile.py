@@ -119,14 +119,14 @@ def _link_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
 def _block_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
     """A block holds a release file's text; it is written when that file changes or the block was edited."""
     known = observed.manifest["blocks"] if observed.manifest else {}
-    digests = {file.path: file.digest for file in bundle.files}
+    files = bundle.manifest["files"]
     for path, inside in bundle.blocks.items():
         if not observed.takes(path):
             continue
         before = observed.files.get(known.get(path, ""))
         if before is None:
             yield Step(Kind.BLOCK, path, "new")
-        elif before["sha256"] != digests[inside]:
+        elif before["sha256"] != files[inside]["sha256"]:
             yield Step(Kind.BLOCK, path, f"{inside} changes")
         elif path in observed.blocks:
             yield Step(Kind.BLOCK, path, f"its block {_DRIFT[observed.blocks[path]]}")

@@ -11,7 +11,7 @@ from swarmctl.render import bluetooth, firewall, maintenance_file, wireguard
 from swarmctl.render.bundle import Bundle, File, Part, Unit
 from swarmctl.render.host_os import Preparation
 from swarmctl.render.middleware import middleware_at
-from swarmctl.render.multimaster import running_on
+from swarmctl.render.multimaster import MultimasterProvider, running_on
 from swarmctl.render.quoting import render
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Swarm
@@ -24,19 +24,19 @@ def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
     """Returns the bundle of every host, in the order of the spec; empty for a host that runs nothing."""
     members = {name for island in swarm.islands for name in island.hosts}
     preparation = Preparation(swarm)
+    running = running_on(swarm.multimaster, swarm.islands, swarm.carriers)
     with collector_paused():
         return {
-            name: _bundle(swarm, host, (*preparation.parts(host), *_swarm_parts(swarm, host)))
+            name: _bundle(swarm, host, (*preparation.parts(host), *_swarm_parts(swarm, host, running)))
             if name in members
             else Bundle(swarm=swarm.name, host=name, distro=swarm.distro_of(name))
             for name, host in swarm.hosts.items()
         }
 
 
-def _swarm_parts(swarm: Swarm, host: Host) -> Iterator[Part]:
+def _swarm_parts(swarm: Swarm, host: Host, running: Mapping[str, MultimasterProvider]) -> Iterator[Part]:
     """The firewall, WireGuard, robots, multimaster and programs, in the start order of their units."""
     island, middleware = swarm.island_of(host.name), middleware_at(swarm, host.name)
-    running = running_on(swarm.multimaster, swarm.islands, swarm.carriers)
     yield from firewall.parts(swarm, host)
     yield from wireguard.parts(swarm, host)
     yield from bluetooth.parts(swarm, host)

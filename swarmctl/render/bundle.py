@@ -9,10 +9,10 @@ from typing import Literal
 
 from swarm_onboard.agent import paths
 from swarm_onboard.agent.manifest import FORMAT
-from swarm_onboard.agent.manifest_json import ManifestData
+from swarm_onboard.agent.manifest_json import FileData, ManifestData
 
 from swarmctl.plugins import MIDDLEWARES
-from swarmctl.render.manifest import digest_of, file_data, manifest_bytes, release_digest, unit_data
+from swarmctl.render.manifest import digest_of, manifest_bytes, release_digest, unit_data
 
 #: The folder of every swarm on a host.
 ROOT = paths.ROOT
@@ -58,12 +58,17 @@ class File:
         """The digest of the file's content."""
         return digest_of(self.content)
 
-    @property
+    @cached_property
     def restart_digest(self) -> str:
         """The digest of what a unit restarts for: systemd applies its IP list at the next daemon-reload."""
         if _IP_LIST not in self.content:
             return self.digest
         return digest_of(self.content.partition(_IP_LIST)[0])
+
+    @cached_property
+    def data(self) -> FileData:
+        """Its entry in the manifest; files of the driver are the same on all hosts."""
+        return {"sha256": self.digest, "mode": self.mode, "size": len(self.content)}
 
 
 @dataclass(frozen=True)
@@ -171,10 +176,7 @@ class Bundle(Part):
             "format": FORMAT,
             "swarm": self.swarm,
             "host": self.host,
-            "files": {
-                file.path: file_data(file.content, file.digest, file.mode)
-                for file in sorted(self.files, key=lambda file: file.path)
-            },
+            "files": {file.path: file.data for file in sorted(self.files, key=lambda file: file.path)},
             "units": [
                 unit_data(unit.name, unit.needs, unit.robot, unit.secrets, digests=digests, fixed=fixed)
                 for unit in self.units

@@ -17,10 +17,10 @@ from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Commander, ForeignDriver, Robot, SwarmctlDriver
 
 
-def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "", *, live_too: bool = True) -> bytes:
-    """Returns what swarmctl's driver of ``robot`` reads, as YAML. ``stop_file``: its latch on the host.
+def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "") -> tuple[bytes, bytes]:
+    """Returns what swarmctl's driver of ``robot`` reads, as YAML; and without what it takes while it runs.
 
-    ``live_too``: with the values that it takes while it runs.
+    ``stop_file``: its latch on the host.
     """
     common = _common(tuned(robot, driver))
     if (made := sketch.sketch_of(robot)) is not None:
@@ -32,8 +32,8 @@ def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "", *, liv
     if stop_file:
         rest["stop_file"] = stop_file
     rest["commanders"] = [commander_params(one) for one in robot.commanders]
-    text = common.text if live_too else common.fixed
-    return file_of(entries(_own(robot, driver)), text, entries(rest))
+    before, after = entries(_own(robot, driver)), entries(rest)
+    return file_of(before, common.text, after), file_of(before, common.fixed, after)
 
 
 def set_parameters(robot: Robot, driver: SwarmctlDriver) -> dict[str, Any]:

@@ -16,9 +16,7 @@ from swarmctl.swarm.resolved import Robot, Swarm, SwarmctlDriver
 
 def config_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[File]:
     """Yields the files that the driver of ``robot`` reads."""
-    stops = stop_file(swarm.name, robot.name)
-    content = parameters(robot, driver, stops)
-    fixed = parameters(robot, driver, stops, live_too=False)
+    content, fixed = parameters(robot, driver, stop_file(swarm.name, robot.name))
     yield File(params_path(robot), content, origin=f"robots.{robot.name}", fixed=fixed)
     own = robot.urdf.content if robot.urdf is not None else None
     made = own if own is not None else robot_model.urdf(robot.name, _model(tuned(robot, driver)))

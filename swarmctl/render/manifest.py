@@ -7,17 +7,12 @@ from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from json.encoder import encode_basestring_ascii as _quoted
 
-from swarm_onboard.agent.manifest_json import FileData, ManifestData, UnitData
+from swarm_onboard.agent.manifest_json import ManifestData, UnitData
 
 
 def digest_of(content: bytes) -> str:
     """SHA-256 of ``content`` in hexadecimal."""
     return sha256(content).hexdigest()
-
-
-def file_data(content: bytes, digest: str, mode: int) -> FileData:
-    """Returns the entry of one file; ``digest`` is that of ``content``."""
-    return {"sha256": digest, "mode": mode, "size": len(content)}
 
 
 def unit_data(

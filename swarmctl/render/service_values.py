@@ -31,8 +31,8 @@ def reachable(swarm: Swarm, host: Host) -> tuple[str, ...]:
 
     A node reaches others of its host by the host's own address, and discovers by multicast in a group.
     """
-    island = next((one for one in swarm.islands if host.name in one.hosts), None)
-    if island is None or not island.filtered:
+    island = swarm.island_of(host.name)
+    if not island.filtered:
         return ()
     peers = swarm.peers.get(host.name, frozenset())
     addresses = (one.ros_address for name, one in swarm.hosts.items() if name in peers)

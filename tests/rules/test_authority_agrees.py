@@ -67,7 +67,7 @@ def test_a_program_is_refused_by_the_rule_where_the_driver_refuses_it(
     program = swarm.programs["wander"]
     k3 = swarm.robots["k3"]
     assert isinstance(k3.driver, SwarmctlDriver)
-    config = parse(yaml.safe_load(parameters(k3, k3.driver)))
+    config = parse(yaml.safe_load(parameters(k3, k3.driver)[0]))
     authority = Authority(config.commanders, config.command_timeout)
     admitted = authority.admits(Sender(program.node, swarm.hosts[program.host].address), 0.0)
     assert admitted is not bool(refused)

@@ -148,7 +148,7 @@ def test_a_type_that_does_not_take_it_is_a_finding(folder: Path) -> None:
 def test_the_driver_opens_its_device(folder: Path) -> None:
     robot = resolve(read(folder, SPEC)).robots["b"]
     assert isinstance(robot.driver, SwarmctlDriver)
-    assert yaml.safe_load(parameters(robot, robot.driver))["port"] == "can1"
+    assert yaml.safe_load(parameters(robot, robot.driver)[0])["port"] == "can1"
 
 
 def test_a_ros_package_gets_its_placeholders(folder: Path) -> None:

@@ -120,7 +120,7 @@ def _robot_of_swarm(spec: Path, name: str, port: Path, baud: int | None) -> Exam
     if not isinstance(robot.driver, SwarmctlDriver):
         console.fail(*_foreign(robot.name), code=exit_codes.USAGE)
     module = codec_beside(spec.parent / "robots" / f"{robot.type_name}.yaml").resolve()
-    config = config_of(yaml.safe_load(parameters(robot, robot.driver)), str(port), baud, str(module))
+    config = config_of(yaml.safe_load(parameters(robot, robot.driver)[0]), str(port), baud, str(module))
     return _on_the_bench(config, robot.driver.type)
 
 
