@@ -52,6 +52,7 @@ for number in range({files}):
         file.write(str(number) * 2000)
 print(os.getpid())
 " | (read made; sync -f $made; rm -r $made)'"""
+RESTART = "sudo -n systemctl restart 'swarm-bench.r-*.service'"  # the drivers report READY
 Bundles = Mapping[str, Bundle]
 _LOOK, _RESTS, _REST_WITHIN = 0.5, 0.2, 30.0  # s; share of the processors that work at rest; s
 
@@ -139,15 +140,14 @@ def with_files(wanted: Bundles, version: int) -> dict[str, Bundle]:
     return {host: replace(bundle, files=bundle.files + extra) for host, bundle in wanted.items()}
 
 
-def retuned(wanted: Bundles, version: int) -> dict[str, Bundle]:
-    """The bundles with a change in the file of parameters, so that every driver restarts."""
+def retuned(wanted: Bundles, version: int, *, live: bool = False) -> dict[str, Bundle]:
+    """The bundles with a change in the file of parameters: every driver restarts, or takes it if ``live``."""
+    change = b"# %d\n" % version
 
     def touched(file: File) -> File:
-        return (
-            replace(file, content=file.content + b"# %d\n" % version)
-            if file.path.startswith("params/")
-            else file
-        )
+        if not file.path.startswith("params/"):
+            return file
+        return replace(file, content=file.content + change, fixed=file.fixed + (b"" if live else change))
 
     return {host: replace(bundle, files=tuple(map(touched, bundle.files))) for host, bundle in wanted.items()}
 
@@ -188,6 +188,11 @@ def tasks(targets: list[Target], wanted: Bundles) -> list[Task]:
             lambda: changed(with_files(wanted, next(versions)), changes=True),
             1.6,
         ),
+        Task(
+            "deploy, live parameters",
+            lambda: changed(retuned(wanted, next(versions), live=True), changes=True),
+        ),
+        Task("floor: systemctl restart", lambda: log_in_everywhere(targets, RESTART)),
         Task("deploy, every driver restarts", lambda: changed(retuned(wanted, next(versions)), changes=True)),
         Task("", lambda: changed(wanted, changes=True)),  # back to where the round began, not shown
     ]
