@@ -66,7 +66,7 @@ class File:
         return digest_of(self.content.partition(_IP_LIST)[0])
 
     @cached_property
-    def data(self) -> FileData:
+    def manifest_entry(self) -> FileData:
         """Its entry in the manifest; files of the driver are the same on all hosts."""
         return {"sha256": self.digest, "mode": self.mode, "size": len(self.content)}
 
@@ -176,7 +176,9 @@ class Bundle(Part):
             "format": FORMAT,
             "swarm": self.swarm,
             "host": self.host,
-            "files": {file.path: file.data for file in sorted(self.files, key=lambda file: file.path)},
+            "files": {
+                file.path: file.manifest_entry for file in sorted(self.files, key=lambda file: file.path)
+            },
             "units": [
                 unit_data(unit.name, unit.needs, unit.robot, unit.secrets, digests=digests, fixed=fixed)
                 for unit in self.units

@@ -11,8 +11,13 @@ import deploy as benchmark
 import pytest
 from deploy_cost import contestants, hosts, profile
 
+from swarmctl.plan.plan import Kind
+from swarmctl.plan.reconcile import reconcile
 from swarmctl.remote.transport import Target
+from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File
+from tests.loading import load_swarm
+from tests.plan.test_reconcile import running
 from tests.remote import sshd
 
 pytestmark = pytest.mark.skipif(bool(sshd.missing()), reason=f"needs {sshd.missing()}")
@@ -47,3 +52,16 @@ def test_the_jobs_and_the_steps(tmp_path: Path) -> None:
     others = {"asyncssh", "fabric", "mitogen", "ansible-core", "pyinfra"}
     assert set(tools) == {compare.BARE, "swarmctl", *others}
     assert benchmark.spec_of(2).count("khepera3") == 2
+
+
+def test_the_drivers_restart_or_take_it_live_as_the_rows_say(tmp_path: Path) -> None:
+    spec = tmp_path / "bench.yaml"
+    spec.write_text(benchmark.spec_of(1))
+    swarm, _ = load_swarm(spec)
+    assert swarm is not None
+    wanted = bundles(swarm)
+    live = benchmark.retuned(wanted, 1, live=True)
+    restarted = benchmark.retuned(wanted, 2)
+    driver = ["swarm-bench.r-h0.service"]
+    assert [*reconcile(live["h0"], running(wanted["h0"])).targets(Kind.RELOAD_UNIT)] == driver
+    assert [*reconcile(restarted["h0"], running(live["h0"])).targets(Kind.RESTART)] == driver
