@@ -235,10 +235,10 @@ def test_keys_of_a_terminal_reach_the_program_and_a_ctrl_c_once(master: Master) 
 
 #: A node of roscpp is like this: it closes what it has open after SIGINT, and SIGTERM kills it.
 NODE = """
-import signal, sys, time
+import os, signal, sys, time
 def close(*_):
     time.sleep(float(sys.argv[1]))
-    print("closed", flush=True)
+    os.write(1, b"closed\\n")  # print() fails where it has interrupted print()
     sys.exit(0)
 signal.signal(signal.SIGINT, close)
 print("ready", flush=True)
