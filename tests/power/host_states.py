@@ -20,6 +20,15 @@ from tests.timing import PATIENCE
 SECRETS = ("mqtt", "wifi")
 OLD = replace(bundle("1", boots=True), secrets=SECRETS)
 NEW = replace(bundle("2", units=("master", "khepera"), hosts="10.0.0.2 pi\n", boots=True), secrets=SECRETS)
+# A change of one parameter, which the driver takes while it runs.
+TUNED = replace(
+    OLD,
+    files=tuple(
+        replace(one, content=b"version: 1.5\n") if one.path == "params/koala.yaml" else one
+        for one in OLD.files
+    ),
+    units=(OLD.units[0], replace(OLD.units[1], robot="koala")),
+)
 MORE_FILES = replace(OLD, files=(*OLD.files, File("data/map.yaml", b"resolution: 0.05\n")))
 LAST = replace(bundle("9", units=("koala",), hosts="10.0.0.9 pi\n", boots=True), secrets=SECRETS)
 BETWEEN = tuple(replace(bundle(f"1.{number}", boots=True), secrets=SECRETS) for number in range(3))
@@ -49,6 +58,7 @@ STATES = {
     "old, new secrets": State(OLD, SECOND),
     "new": State(NEW, SECOND),
     "old, more files": State(MORE_FILES, FIRST),
+    "old, tuned": State(TUNED, FIRST),
     "last": State(LAST, FIRST),
     **{f"between {number}": State(one, FIRST) for number, one in enumerate(BETWEEN)},
 }

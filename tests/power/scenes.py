@@ -20,6 +20,7 @@ from tests.power.host_states import (
     OLD,
     OWN,
     SECOND,
+    TUNED,
     recovery,
 )
 
@@ -90,6 +91,12 @@ def _new(host: FakeHost) -> None:
     sent(host, change(OLD, NEW, SECOND, **_CHANGE, txid="d" * 16))
 
 
+def _not_driving(host: FakeHost) -> None:
+    """No driver runs that would have to answer a reload."""
+    _old(host)
+    (host.prefix / "units/koala.service").unlink()
+
+
 def _next_key(host: FakeHost) -> None:
     """The host has a key and the next one, and knows that of a peer."""
     _old(host)
@@ -122,11 +129,13 @@ def _full(host: FakeHost) -> None:
         before = following
 
 
-def _died(message: Message, failpoint: str) -> Callable[[FakeHost], None]:
+def _died(
+    message: Message, failpoint: str, begin: Callable[[FakeHost], None] = _old
+) -> Callable[[FakeHost], None]:
     """Returns what brings a host to boot 1 after its agent has died at ``failpoint``."""
 
     def prepare(host: FakeHost) -> None:
-        _old(host)
+        begin(host)
         assert host.ask(*message, failpoint=failpoint).status == 137
         _next_boot(host)
 
@@ -159,6 +168,7 @@ _BACK: Message = (
     b"",
 )
 _MORE = change(OLD, MORE_FILES, start=[], files_only=True)
+_TUNE = change(OLD, TUNED, FIRST, start=[], reload_units=["koala.service"])
 _EITHER = frozenset({"old", "new"})
 
 SCENES = (
@@ -192,6 +202,14 @@ SCENES = (
     Scene("files alone", _old, _MORE, frozenset({"old", "old, more files"}), "old, more files"),
     Scene("secrets", _old, _ROTATE, frozenset({"old", "old, new secrets"}), "old, new secrets"),
     Scene("undo of secrets at boot", _died(_ROTATE, "after:switch"), None, frozenset({"old"}), "old"),
+    Scene("live parameters", _not_driving, _TUNE, frozenset({"old", "old, tuned"}), "old, tuned"),
+    Scene(
+        "undo of live parameters at boot",
+        _died(_TUNE, "after:live", _not_driving),
+        None,
+        frozenset({"old"}),
+        "old",
+    ),
     Scene("rollback", _new, _BACK, _EITHER, "old"),
     Scene(
         "new key, lost peer",

@@ -46,6 +46,14 @@ def test_failures_come_first_and_equal_hosts_are_one() -> None:
     ]
 
 
+def test_a_host_names_what_became_of_its_units() -> None:
+    kinds = (StepKind.START, StepKind.RESTART, StepKind.RELOAD_UNIT, StepKind.STOP)
+    steps = tuple(Step(kind, f"{number}.service", "") for number, kind in enumerate(kinds))
+    assert lines({"tb-001": Outcome(HostPlan("tb-001", "a", "b", steps))})[0] == (
+        "tb-001  deployed b, started 0.service; restarted 1.service; reloaded 2.service; stopped 3.service"
+    )
+
+
 def test_hosts_with_another_failure_are_not_hidden() -> None:
     results = found(12, (3, 4, 5))
     results["tb-007"] = HostError(Kind.REFUSED, "the disk of tb-007 is full")
