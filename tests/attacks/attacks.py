@@ -78,10 +78,12 @@ class Scene:
         return self.printed.get("read")
 
     @property
-    def harmed(self) -> bool:
-        """Another process drives the robot, or it obeys its commander no more."""
+    def harm(self) -> str:
+        """What has become of the robot, in words; empty if it obeys its commander as before."""
         unit = f"{HOST}:{ROBOT}"
-        return self.before.pids[unit] != self.after.pids[unit] or not self.obeys
+        if self.before.pids[unit] != self.after.pids[unit]:
+            return "another process drives the robot"
+        return "" if self.obeys else "the robot obeys its commander, or the next one, no more"
 
 
 def _read_nodes(scene: Scene) -> Verdict:
@@ -102,7 +104,7 @@ def _lit(scene: Scene) -> Verdict:
 
 
 def _harmed(scene: Scene) -> Verdict:
-    if scene.harmed or scene.late:
+    if scene.harm or scene.late:
         return Verdict.SUCCEEDS
     lists = [
         key for key in ("publishers", "driver") if _lasting(scene.before, key) != _lasting(scene.after, key)
@@ -118,7 +120,7 @@ def _lasting(world: World, key: str) -> Any:
 
 
 def _lost_commander(scene: Scene) -> Verdict:
-    if scene.harmed:
+    if scene.harm:
         return Verdict.SUCCEEDS
     return _whether(not scene.after.graph["commanders"], Verdict.PARTLY)
 
@@ -170,12 +172,13 @@ JUDGES: Mapping[str, Callable[[Scene], Verdict]] = {
 
 
 def carried_out(observer: Observer, attack: Attack, position: Position) -> tuple[Verdict, str]:
-    """What an attack from a position achieves in a swarm that is whole, and the error that the attacker met.
+    """What an attack from a position achieves in a swarm that is whole, and the error that the attacker met,
+    or the harm that is done.
 
     The swarm is as the attack leaves it.
     """
     scene = _commanded(observer, attack, position) if attack.commanded else _calm(observer, attack, position)
-    return judged(attack, position.key, JUDGES[attack.call](scene)), scene.printed.get("error", "")
+    return judged(attack, position.key, JUDGES[attack.call](scene)), scene.printed.get("error", scene.harm)
 
 
 def _facts(observer: Observer, world: World, topics: int) -> Mapping[str, Any]:

@@ -46,6 +46,16 @@ import socket, xmlrpc.client
 socket.setdefaulttimeout(3)
 xmlrpc.client.ServerProxy("MASTER").getPid("/witness")
 """
+#: Has the master forget the commanders that were killed. rospy calls each publisher that the master lists: a
+#: call to the port of a dead one, which the topics of a new one have by now, keeps those busy for a minute.
+_FORGET = """
+import xmlrpc.client
+master = xmlrpc.client.ServerProxy("MASTER")
+for topic, nodes in master.getSystemState("/witness")[2][0]:
+    for node in nodes:
+        if node.startswith("/rostopic"):
+            master.unregisterPublisher(node, topic, master.lookupNode("/witness", node)[2])
+"""
 #: Of nodes that come and go, and of the host that is cut off while another one has its address.
 _PASSING = ("/rostopic", "/epuck/")
 _LASTING = {(f"/{robot}/cmd_vel", f"/{robot}/driver") for robot in ("k3", "koala")}
@@ -136,6 +146,7 @@ class Observer:
     def restored(self, wanted: World) -> World:
         """The swarm as it was; its units are restarted if an attack has changed what lasts."""
         if self.look().sound == wanted.sound:
+            self._python(LEADER, _FORGET.replace("MASTER", self.master))
             return wanted
         prefix = f"swarm-{SWARM}."
         self.swarm.shell(LEADER, f"sudo systemctl restart {prefix}master")
