@@ -88,7 +88,7 @@ class TestSingleMinded(OnMasters):
         note(f"{self.EXAMPLE}: the last wheel stands before the first unit stops", f"{ahead:.2f} s", "> 0 s")
         assert ahead > 0
         assert not experiment.moving()
-        assert swarm.deploy().status == exit_codes.OK
+        assert swarm.deploy(None, "--wait", "30").status == exit_codes.OK
         assert swarm.swarmctl("start").status == exit_codes.OK
 
 
