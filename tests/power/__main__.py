@@ -13,7 +13,7 @@ from functools import partial
 from multiprocessing import get_context
 
 from tests.power import isolated
-from tests.power.cuts import Effort, Job, Row, run
+from tests.power.cuts import RANDOM, Effort, Job, Row, run
 from tests.power.disk import FILE_SYSTEMS, LOGS, missing
 from tests.power.host_states import expected
 from tests.power.scenes import SCENES
@@ -70,7 +70,16 @@ def shown(rows: Iterable[Row]) -> Iterator[Row]:
 
 
 def conclude(rows: Sequence[Row], seconds: float) -> None:
-    """Prints the sums, what was wrong, and what was left over in nobody's way."""
+    """Prints the sums by file system and in all, what was wrong, and what was left over in nobody's way."""
+    for system in dict.fromkeys(row.system for row in rows):
+        own = [row for row in rows if row.system == system]
+        at_random = sum(row.cuts for row in own if row.scene.endswith(RANDOM))
+        at_calls = sum(row.cuts for row in own) - at_random
+        images, deploys = sum(row.images for row in own), sum(row.deploys for row in own)
+        print(
+            f"{system}: {at_calls} cuts at system calls, {at_random} at random instants, "
+            f"{images} different images, {deploys} deployed to again"
+        )
     cuts, images = sum(row.cuts for row in rows), sum(row.images for row in rows)
     wrong = sum(len(row.wrong) for row in rows)
     print(f"{cuts} power cuts, {images} different images, in {seconds:.0f} s: {wrong} wrong")
@@ -79,7 +88,7 @@ def conclude(rows: Sequence[Row], seconds: float) -> None:
     leftovers: Counter[str] = Counter()
     for row in rows:
         leftovers.update(
-            {f"{row.scene.partition(', random')[0]}: {name}": n for name, n in row.leftovers.items()}
+            {f"{row.scene.partition(RANDOM)[0]}: {name}": n for name, n in row.leftovers.items()}
         )
     for name, count in sorted(leftovers.items()):
         print(f"left over until the next change, {name} ({count} cuts)")

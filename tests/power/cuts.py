@@ -21,6 +21,7 @@ from tests.power.scenes import SCENES, Scene, follow
 from tests.timing import PATIENCE
 
 END = "after the answer"
+RANDOM = ", random"  # ends the name of a row of cuts at random instants
 
 
 class Cut(NamedTuple):
@@ -87,7 +88,7 @@ class Bench:
 
     def at_random(self, scene: Scene, log: str, times: int, seed: int) -> Row:
         """Cuts the mounted file system by its shutdown ioctl, at instants while the scene runs."""
-        row = Row(self.disk.kind, log, f"{scene.name}, random")
+        row = Row(self.disk.kind, log, f"{scene.name}{RANDOM}")
         base = self._prepared(scene)
         choice = random.Random(seed)
         longest = 0.0
