@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from swarm_onboard.guard.config import OWN_NAME
 from swarm_onboard.ros2_probe import observe
 
 from swarmctl.render import shipped_files
@@ -56,6 +57,7 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         interface=names.wireguard_interface(swarm.name),
         accounts=tuple(dict.fromkeys(("root", host.user, *_lookers(island)))),
         offered=list(_offered(swarm, host, island)),
+        answered=list(_answered(swarm, host, island)),
         used=list(_used(swarm, host)),
     )
     name = names.unit(swarm.name, names.FIREWALL)
@@ -96,6 +98,23 @@ def _offered(swarm: Swarm, host: Host, island: Island) -> Iterator[_Rule]:
         for one in ports:
             most = _MOST.get(service, _MOST_CALLS) if one.protocol == "tcp" else 0
             yield _rule(service, one, addresses, most=most)
+
+
+def _answered(swarm: Swarm, host: Host, island: Island) -> Iterator[_Rule]:
+    """What units of ``host`` answer at, and nobody else: at whichever address.
+
+    At ports of the range that Linux draws from only where nodes are reached: others use it on loopback.
+    """
+    for service, ports in _services(swarm, host, island):
+        for one in ports:
+            yield _rule(service, one, _node_addresses(host) if one == DRAWN else ())
+
+
+def _node_addresses(host: Host) -> Iterator[str]:
+    """Where nodes of ROS 1 are reached; Debian gives a host's own name an address of its own there."""
+    yield host.ros_address
+    if ip_of(host.advertised) is None:
+        yield OWN_NAME
 
 
 def _used(swarm: Swarm, host: Host) -> Iterator[_Rule]:

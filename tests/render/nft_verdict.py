@@ -14,7 +14,7 @@ from typing import Any
 @dataclass(frozen=True)
 class Packet:
     """A packet of a host. ``account``: the number of the account that sends it; ``connections``: how many of
-    TCP its sender has open; ``flags``: of TCP."""
+    TCP its sender has open; ``flags``: of TCP; ``origin``: the port from which it comes."""
 
     source: str
     to: str
@@ -25,6 +25,8 @@ class Packet:
     interface: str = "wlan0"
     account: int = 0
     connections: int = 1
+    origin: int = 50000
+    direction: str = "original"
 
 
 def verdict(ruleset: Any, table: str, chain: str, packet: Packet) -> str:
@@ -78,7 +80,7 @@ def _value(left: Any, packet: Packet) -> Any:
     if kind == "meta":
         return {"iif": packet.interface, "oif": packet.interface, "skuid": packet.account}[value["key"]]
     if kind == "ct":
-        return {"state": packet.state}[value["key"]]
+        return {"state": packet.state, "direction": packet.direction}[value["key"]]
     if kind == "&":
         field, mask = value
         flags = _value(field, packet)
@@ -90,7 +92,7 @@ def _value(left: Any, packet: Packet) -> Any:
         return address if address.version == (4 if protocol == "ip" else 6) else None
     if protocol != packet.protocol:
         return None
-    return {"dport": packet.port, "flags": packet.flags}[field]
+    return {"sport": packet.origin, "dport": packet.port, "flags": packet.flags}[field]
 
 
 def _is_in(seen: Any, right: Any) -> bool:

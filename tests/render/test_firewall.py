@@ -185,12 +185,20 @@ def check_accounts(rules: Any, swarm: Swarm, host: Host, other: Host) -> None:
         packet = Packet(host.address, to, port, protocol, account=account, interface=interface)
         return verdict(rules, host.name, "output", packet) == "accept"
 
+    def answers(account: int, port: int, protocol: str) -> bool:
+        packet = Packet(host.address, other.address, 50000, protocol, account=account, origin=port)
+        packet = replace(packet, flags=frozenset({"ack"}), direction="reply")
+        return verdict(rules, host.name, "output", packet) == "accept"
+
     looks = (observe.ACCOUNT,) if swarm.distro_of(host.name) == "kilted" else ()
     assert all(leaves(OTHER, port) for port in NO_ROS)
     for (protocol, port), service in services(swarm, other.name).items():
         assert all(leaves(one, port, protocol) for one in (0, USER, DYNAMIC, *looks))
         if same or declared(swarm, host.name, other.name, service):
             assert not leaves(OTHER, port, protocol), (host.name, other.name, service, port)
+        if same and (protocol, port) != ("tcp", host.port):
+            assert all(answers(one, port, protocol) for one in (0, USER, DYNAMIC, *looks))
+            assert not answers(OTHER, port, protocol), (host.name, service, port)
         if same:
             of_programs = protocol == "tcp" and port in EPHEMERAL
             own = "::1" if ":" in host.address else "127.0.0.1"

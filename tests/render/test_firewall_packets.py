@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import product
@@ -20,9 +20,11 @@ from tests import ROOT
 from tests.child_process import child_process
 from tests.loading import load_swarm
 from tests.render.test_firewall import (
+    DYNAMIC,
     EPHEMERAL,
     NEEDED,
     OTHER,
+    USER,
     declared,
     ip,
     loaded,
@@ -42,6 +44,50 @@ print("listens", flush=True)
 kept = []
 while True:
     kept += [one.accept() for one in select.select(ports, [], [])[0]]
+"""
+# Answers at each port with a byte: each datagram, and each connection, which it closes at once.
+ANSWERS = """
+import contextlib, select, socket, sys
+kind = socket.SOCK_STREAM if sys.argv[1] == "tcp" else socket.SOCK_DGRAM
+ports = [socket.socket(socket.AF_INET, kind) for _ in sys.argv[2:]]
+for one, port in zip(ports, sys.argv[2:]):
+    one.bind(("", int(port)))
+    if kind == socket.SOCK_STREAM:
+        one.listen(100)
+print("listens", flush=True)
+while True:
+    for one in select.select(ports, [], [])[0]:
+        with contextlib.suppress(OSError):
+            if kind == socket.SOCK_DGRAM:
+                one.sendto(*one.recvfrom(1))
+            else:
+                with one.accept()[0] as accepted:
+                    accepted.send(b"x")
+"""
+# Prints the ports that answer within some tries.
+ASKS = """
+import json, socket, sys, threading
+kind, source, to = sys.argv[1:4]
+found = []
+def ask(port):
+    for _ in range(3):
+        with socket.socket(socket.AF_INET, socket.SOCK_STREAM if kind == "tcp" else socket.SOCK_DGRAM) as one:
+            one.settimeout(1)
+            one.bind((source, 0))
+            try:
+                one.connect((to, port))
+                if kind == "udp":
+                    one.send(b"x")
+                if one.recv(1):
+                    return found.append(port)
+            except OSError:
+                pass
+threads = [threading.Thread(target=ask, args=(int(port),)) for port in sys.argv[4:]]
+for one in threads:
+    one.start()
+for one in threads:
+    one.join()
+print(json.dumps(found))
 """
 # Opens all connections at once, and prints which are open once as many are as should be.
 CONNECTS = """
@@ -96,8 +142,24 @@ class Cable:
                 ip(name, "ip", "address", "add", f"{one}/24", "dev", "eth0")
 
     @contextmanager
-    def listening(self, ports: Iterable[int]) -> Iterator[None]:
-        argv = ["ip", "netns", "exec", self.host, sys.executable, "-c", LISTENS, *map(str, ports)]
+    def listening(
+        self,
+        ports: Iterable[int | str],
+        *before: str,
+        program: Sequence[str] = (LISTENS,),
+        where: str = "",
+    ) -> Iterator[None]:
+        argv = [
+            "ip",
+            "netns",
+            "exec",
+            where or self.host,
+            *before,
+            sys.executable,
+            "-c",
+            *program,
+            *map(str, ports),
+        ]
         with child_process(argv, stdout=subprocess.PIPE) as listener:
             assert listener.stdout is not None
             assert listener.stdout.readline() == "listens\n"
@@ -153,12 +215,46 @@ def test_another_account_reaches_no_master(swarm: Swarm, cable: Cable) -> None:
     cable.address(host.address, ())
     ip(cable.host, "ip", "address", "add", f"{second}/24", "dev", "eth0")
     loaded(cable.host, {"swarm-any": table_of(swarm, host)})
-    account = ("setpriv", f"--reuid={OTHER}", f"--regid={OTHER}", "--clear-groups")
     local = [(one, one, MASTER) for one in ("127.0.0.1", host.address, second)]
     local += [(host.address, host.address, port) for port in (EPHEMERAL[0], SSH)]
     with cable.listening([MASTER, EPHEMERAL[0], SSH]):
         assert len(opened(cable.host, local, len(local))) == len(local)
-        assert opened(cable.host, local, 1, *account) == [(host.address, SSH)]
+        assert opened(cable.host, local, 1, *as_account(OTHER)) == [(host.address, SSH)]
+
+
+@pytest.mark.parametrize("cookies", [1, 2])
+@pytest.mark.parametrize(("account", "is_unit"), [(0, True), (USER, True), (DYNAMIC, True), (OTHER, False)])
+def test_only_units_answer_at_ports_of_ros(
+    account: int, is_unit: bool, cookies: int, swarm: Swarm, cable: Cable
+) -> None:
+    """An account has taken the ports of the master, of nodes that ended and of the multimaster. With 2 Linux
+    answers all callers by SYN cookies, in packets of nobody, as it does where a port is flooded."""
+    host, other = swarm.hosts["koala-laptop"], swarm.hosts["k3-pi"].address
+    cable.address(host.address, [other])
+    loaded(cable.host, {"swarm-any": table_of(swarm, host)})
+    ip(cable.host, "sysctl", "-qw", f"net.ipv4.tcp_syncookies={cookies}")
+    for protocol in ("tcp", "udp"):
+        ports = [number for kind, number in services(swarm, host.name) if kind == protocol and number != SSH]
+        every = [str(port) for port in (*ports, ELSE)]
+        with cable.listening(every, *as_account(account), program=(ANSWERS, protocol)):
+            for namespace, source in ((cable.network, other), (cable.host, host.address)):
+                argv = [sys.executable, "-c", ASKS, protocol, source, host.address, *every]
+                answers = json.loads(ip(namespace, *argv))
+                assert sorted(answers) == sorted([*ports, ELSE] if is_unit else [ELSE]), (protocol, source)
+
+
+@pytest.mark.parametrize("account", [0, OTHER])
+def test_other_accounts_call_from_ports_that_nodes_may_have(account: int, swarm: Swarm, cable: Cable) -> None:
+    host, other = swarm.hosts["koala-laptop"], swarm.hosts["k3-pi"].address
+    cable.address(host.address, [other])
+    loaded(cable.host, {"swarm-any": table_of(swarm, host)})
+    argv = [*as_account(account), sys.executable, "-c", ASKS, "tcp", host.address, other, str(ELSE)]
+    with cable.listening([ELSE], program=(ANSWERS, "tcp"), where=cable.network):
+        assert json.loads(ip(cable.host, *argv)) == [ELSE]
+
+
+def as_account(number: int) -> tuple[str, ...]:
+    return "setpriv", f"--reuid={number}", f"--regid={number}", "--clear-groups"
 
 
 def test_an_address_of_wireguard_comes_out_of_it_alone(cable: Cable, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import xmlrpc.client
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from typing import Any
+from xmlrpc.server import SimpleXMLRPCDispatcher
 
 import pytest
 from hypothesis import given
@@ -20,7 +21,7 @@ from swarm_onboard.guard.config import parse
 from swarm_onboard.guard.proxy import Journal, Proxy
 
 from tests.onboard.guard.facts import EPUCK, K3, LAPTOP, OTHER, STRANGER, parameters
-from tests.onboard.multimaster.masters import Rosmaster, served
+from tests.onboard.multimaster.masters import Rosmaster
 from tests.ports import free_port
 from tests.timing import PATIENCE, wait_for
 
@@ -42,15 +43,17 @@ class Guarded:
         self._thread = threading.Thread(target=self._loop.run_forever)
 
     def __enter__(self) -> Guarded:
-        self._open = ExitStack()
-        uri = self._open.enter_context(served(self.master, port=self.port))
+        master: Any = SimpleXMLRPCDispatcher(allow_none=True)
+        master.register_multicall_functions()
+        master.register_instance(self.master)
         self._thread.start()
-        guard = Proxy(parse({**parameters(self.port), **self._changed}), uri, self.journal.append)
-        asyncio.run_coroutine_threadsafe(guard.start(), self._loop).result(PATIENCE)
+        config = parse({**parameters(self.port), **self._changed})
+        guard = Proxy(config, master._marshaled_dispatch, self.journal.append)
+        listeners = [socket.create_server((place, self.port)) for place in config.places]
+        asyncio.run_coroutine_threadsafe(guard.start(listeners), self._loop).result(PATIENCE)
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._open.close()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
 
@@ -177,24 +180,6 @@ def test_half_a_request_is_given_up(guarded: Guarded, monkeypatch: pytest.Monkey
         with guarded.connected(K3) as one:
             one.sendall(half)
             assert one.recv(1) == b""
-
-
-def test_without_a_master_there_is_no_reply(guarded: Guarded) -> None:
-    """roslaunch starts a master only where none answers."""
-    port = free_port()
-    loop = asyncio.new_event_loop()
-    guard = Proxy(
-        parse({**parameters(port), "address": LAPTOP}), f"http://127.0.0.1:{port}", guarded.journal.append
-    )
-    loop.run_until_complete(guard.start())
-
-    def call() -> bytes:
-        with socket.create_connection((LAPTOP, port), PATIENCE) as one:
-            one.sendall(posted(xmlrpc.client.dumps(("/x",), "getPid").encode()))
-            return one.recv(1)
-
-    assert loop.run_until_complete(loop.run_in_executor(None, call)) == b""
-    loop.close()
 
 
 BYTES = st.binary(max_size=99)

@@ -1,4 +1,4 @@
-"""Three hosts with rospy, roscpp, roscore and roslaunch, and the guard before their master."""
+"""Three hosts with rospy, roscpp, rosout and roslaunch, and the guard before their master."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def found() -> Any:
 
 
 @pytest.mark.lab
-def test_only_the_guard_listens_at_the_address_of_the_host(found: Any) -> None:
+def test_the_guard_listens_and_no_master_behind_it(found: Any) -> None:
     assert found["listens"] == ["10.9.0.2", "127.0.0.1"]
 
 
@@ -42,7 +42,7 @@ def test_roslaunch_on_a_robot_starts_a_node_of_roscpp(found: Any) -> None:
 
 
 @pytest.mark.lab
-def test_roscore_sets_the_run_id_and_nobody_else_does(found: Any) -> None:
+def test_the_master_sets_the_run_id_and_nobody_else_does(found: Any) -> None:
     assert found["run_id"] == 1
     assert found["refused"] == {"name": -1, "run_id": -1, "shutdown": -1}
 
@@ -54,5 +54,9 @@ def test_other_parameters_are_read_while_it_runs(found: Any) -> None:
 
 
 @pytest.mark.lab
-def test_the_guard_ends_with_its_master(found: Any) -> None:
-    assert found["guard ends"]
+def test_it_has_what_roscore_brings(found: Any) -> None:
+    """The script waits until a rosout that was killed has registered again."""
+    distro, version = found["parameters"]
+    assert distro == "noetic\n"
+    assert version.startswith("1.")
+    assert (found["exit status"], found["rosout ends"]) == (0, True)

@@ -8,9 +8,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import xmlrpc.client
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -42,9 +40,10 @@ class Hosts(RosHost):
         super().__init__(image, json.loads(real(json.dumps(parameters(PORT)))), HERE / "nodes", "guard")
 
     def start_master(self) -> None:
-        """Starts roscore behind its guard, as the unit does."""
+        """Starts the master behind its guard, as the unit does."""
+        (self.root / "tmp/log").mkdir()
         (self.root / "etc/hosts").write_text("127.0.0.1 localhost\n")  # roslaunch ends without
-        argv = ("python3", "/guard/guarded_master.py", "--config", "/params.yaml", "roscore", "-p", str(PORT))
+        argv = ("python3", "/guard/guarded_master.py", "--config", "/params.yaml")
         self.journal = (self.root / "journal").open("w+")
         self.guard = subprocess.Popen(
             self._inside(*argv), env=self._environment(LAPTOP), stdout=subprocess.DEVNULL, stderr=self.journal
@@ -69,7 +68,7 @@ class Hosts(RosHost):
         return () if process is None else ("nsenter", f"--net=/proc/{process}/ns/net")
 
     def _environment(self, address: str) -> dict[str, str]:
-        return {**ENVIRONMENT, "ROS_MASTER_URI": URI, "ROS_IP": real(address)}
+        return {**ENVIRONMENT, "ROS_MASTER_URI": URI, "ROS_IP": real(address), "ROS_DISTRO": "noetic"}
 
 
 HERE = Path(__file__).parent
@@ -141,11 +140,13 @@ def main() -> None:
         lambda: hosts.call(EPUCK, "setParam", "/x", "/new/rate", 1)[0] == -1, "it reads what has changed"
     )
     found["after"] = hosts.call(K3, "lookupNode", "/x", "/k3/driver")[0]
-    _, _, process = xmlrpc.client.ServerProxy(URI).getPid("/x")  # type: ignore[misc]
-    subprocess.run(("kill", "-KILL", str(process)), check=True)
-    with suppress(subprocess.TimeoutExpired):
-        hosts.guard.wait(PATIENCE)
-    found["guard ends"] = hosts.guard.poll() is not None
+    rosout = hosts.call(K3, "lookupNode", "/x", "/rosout")[2]
+    subprocess.run(("pkill", "-KILL", "-x", "rosout"), check=True)
+    wait_until(lambda: hosts.call(K3, "lookupNode", "/x", "/rosout")[2] != rosout, "rosout starts again")
+    found["parameters"] = [hosts.call(K3, "getParam", "/x", one)[2] for one in ("/rosdistro", "/rosversion")]
+    hosts.guard.terminate()
+    found["exit status"] = hosts.guard.wait(PATIENCE)
+    found["rosout ends"] = subprocess.run(("pgrep", "-x", "rosout"), check=False).returncode == 1
     found["journal"] = (hosts.root / "journal").read_text().splitlines()
     print(json.dumps(found))
 

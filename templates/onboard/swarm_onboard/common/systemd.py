@@ -59,6 +59,10 @@ class Notifier:
         """Sets the status text of the unit."""
         self._send("STATUS=" + " ".join(text.split()))
 
+    def forget(self, name: str) -> None:
+        """Closes the files of this name that systemd keeps for the unit (FileDescriptorStoreMax=)."""
+        self._send(f"FDSTOREREMOVE=1\nFDNAME={name.replace(':', '.')}")
+
     def stopping(self) -> None:
         """Reports the unit as stopping."""
         self._send("STOPPING=1")

@@ -1,8 +1,8 @@
 """The parameter file of the guard as frozen values. Written by swarmctl, readable by people.
 
 hub: koala-laptop                       # the host of the master; what it calls is not checked for owners
-address: 192.168.77.10                  # where the guard listens
-port: 11311                             # there, and of the master on the loopback interface
+address: 192.168.77.10                  # where the guard listens, and on the loopback interface
+port: 11311
 uri: http://192.168.77.10:11311         # of the guard, as nodes have it
 use_sim_time: false
 hosts:                                  # of the island: addresses and names, as in the URIs of their nodes
@@ -26,7 +26,9 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from swarm_onboard.common.parameters import loaded
+from swarm_onboard.common.xmlrpc import place_of
 
+OWN_NAME = "127.0.1.1"  # that of a host's own name on Debian (Debian Reference, 5.1.1)
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
@@ -54,6 +56,19 @@ class Config:
     named: frozenset[str]
     names: Mapping[str, frozenset[str]]
     topics: Mapping[str, frozenset[str]]
+
+    @property
+    def places(self) -> list[str]:
+        """The addresses at which the guard listens."""
+        return places(self.address, self.uri)
+
+
+def places(address: str, uri: str) -> list[str]:
+    """Returns where the guard at ``address`` listens, whose URI is ``uri``: on the loopback interface too."""
+    if ":" in address:
+        return list(dict.fromkeys((address, "::1")))
+    named = place_of(uri)[0] != address
+    return list(dict.fromkeys((address, "127.0.0.1", *([OWN_NAME] if named else []))))
 
 
 def load(path: Path) -> Config:

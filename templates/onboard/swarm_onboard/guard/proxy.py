@@ -1,5 +1,7 @@
 """Listens where nodes look for the master, and passes on to it what the policy permits, as it was read.
 
+The master has no port of its own: it is an object in this process.
+
 Whoever calls may hang, flood or send garbage: connections are few, short and small, and those of one host
 keep out no other host.
 """
@@ -7,6 +9,7 @@ keep out no other host.
 from __future__ import annotations
 
 import asyncio
+import socket
 import sys
 import time
 import xmlrpc.client
@@ -25,22 +28,20 @@ _MOST_AT_ONCE = 16  # requests of one host in memory; the others wait
 _LARGEST_HEADER = 16 << 10
 _LARGEST_REQUEST = 1 << 20  # a robot_description
 _LARGEST_OF_HUB = 4 << 20
-_LARGEST_REPLY = 16 << 20
 _SECONDS = 5.0  # for a request to arrive, and for its reply to leave
-_MASTER_SECONDS = 10.0
 _LINES, _LINES_SECONDS = 20, 10.0  # of the journal
-_OWN_NAME = "127.0.1.1"  # that of a host's own name on Debian (Debian Reference, 5.1.1)
 _MULTICALL = "system.multicall"
 
 
 class Proxy:
-    """The guard of the master at ``master``, a URI on the loopback interface."""
+    """The guard of ``master``, which gives the reply to a request of XML-RPC."""
 
-    def __init__(self, config: Config, master: str, log: Callable[[str], None] | None = None) -> None:
+    def __init__(
+        self, config: Config, master: Callable[[bytes], bytes], log: Callable[[str], None] | None = None
+    ) -> None:
         self._config, self._master = config, master
         self._policy = Policy(config)
         self._log = log or Journal()
-        self._names = ros.Names()
         self._open: Counter[str] = Counter()
         self._turns: dict[str, asyncio.Semaphore] = {}
 
@@ -48,13 +49,10 @@ class Proxy:
         """Judges by other parameters from now on; what is registered stays, and where it listens."""
         self._config = self._policy.config = config
 
-    async def start(self) -> int:
-        """Starts to listen; returns the port."""
-        places, port = [self._config.address], self._config.port
-        if ros.place_of(self._config.uri)[0] != self._config.address and ":" not in self._config.address:
-            places.append(_OWN_NAME)
-        server = await asyncio.start_server(self._attend, places, port, limit=_LARGEST_HEADER)
-        return int(server.sockets[0].getsockname()[1])
+    async def start(self, listeners: Sequence[socket.socket]) -> None:
+        """Starts to accept connections."""
+        for one in listeners:
+            await asyncio.start_server(self._attend, sock=one, limit=_LARGEST_HEADER)
 
     async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         address = str((writer.get_extra_info("peername") or ("",))[0])
@@ -96,7 +94,7 @@ class Proxy:
             await within(_SECONDS, writer.drain())
 
     async def _reply(self, caller: Caller, address: str, body: bytes) -> bytes:
-        """The reply to a request. Raises PeerError if the master gives none: there is no master."""
+        """The reply to a request. Raises PeerError for what cannot be passed on."""
         try:
             arguments, method = await _apart(body, ros.loads, body)
             several = _calls_in(arguments) if method == _MULTICALL else None
@@ -134,7 +132,7 @@ class Proxy:
             body = _dumped(tuple(arguments), method)
         except (TypeError, OverflowError, RecursionError):
             raise NonsenseError("the call cannot be written") from None
-        return await ros.bounded(_MASTER_SECONDS, ros.post(self._master, body, self._names, _LARGEST_REPLY))
+        return await asyncio.get_running_loop().run_in_executor(None, self._master, body)
 
 
 class Journal:

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""A ROS master behind its guard: ``guarded_master.py --config FILE COMMAND...``, which starts the master.
+"""A ROS master behind its guard, and rosout: ``guarded_master.py --config FILE``.
 
-The guard listens at the host's address, the master on the loopback interface. If one ends, so does the other.
+The master is an object in this process, without a port that another account could take. Where the guard
+listens, systemd keeps the sockets while the unit restarts.
 """
 
 from __future__ import annotations
@@ -10,16 +11,28 @@ import argparse
 import asyncio
 import os
 import signal
+import socket
 import sys
+import uuid
+from contextlib import suppress
 from pathlib import Path
+from typing import Any, Callable, Iterator
+from xmlrpc.server import SimpleXMLRPCDispatcher
+
+import rospkg
+from roslib.packages import find_node
+from rosmaster.master_api import ROSMasterHandler
 
 from swarm_onboard.common.parameters import ConfigError
+from swarm_onboard.common.systemd import Notifier
 from swarm_onboard.guard.config import Config, load
 from swarm_onboard.guard.proxy import Proxy
 
-_LOOPBACK = Path(__file__).resolve().parent / "loopback"  # has the `rosmaster` that roscore is to find
+_FIRST = 3  # the first file that systemd passes (sd_listen_fds(3))
+_BACKLOG = 128
 _LOOK_EVERY = 1.0  # s: a deploy brings other parameters, and restarts no master for them
-_KILLED_AFTER = 8.0  # s; roscore waits for its nodes
+_ROSOUT_AFTER = 1.0  # s until rosout starts again
+_CALLER = "/roslaunch"
 
 
 def main(arguments: list[str]) -> int:
@@ -28,36 +41,69 @@ def main(arguments: list[str]) -> int:
         description="Let through to a ROS master what the spec of the swarm has."
     )
     parser.add_argument("--config", type=Path, required=True, help="parameter file of the guard")
-    parser.add_argument("command", nargs=argparse.REMAINDER, help="what starts the master, such as roscore")
     options = parser.parse_args(arguments)
     try:
         config = load(options.config)
-    except ConfigError as error:
+        rosout = find_node("rosout", "rosout")[0]
+        asyncio.run(_run(config, options.config, rosout))
+    except (ConfigError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    return asyncio.run(_run(config, options.config, options.command))
+    except (IndexError, rospkg.ResourceNotFound):
+        print("the ROS package rosout is not here", file=sys.stderr)
+        return 1
+    return 0
 
 
-async def _run(config: Config, path: Path, command: list[str]) -> int:
-    """Runs until the command ends or a signal arrives. Returns the exit status of the command."""
-    loopback = "[::1]" if ":" in config.address else "127.0.0.1"
-    proxy = Proxy(config, f"http://{loopback}:{config.port}")
-    await proxy.start()
-    following = asyncio.ensure_future(_follow(path, proxy))
-    environment = {**os.environ, "PATH": f"{_LOOPBACK}:{os.environ['PATH']}"}
-    master = await asyncio.create_subprocess_exec(*command, env=environment)
+async def _run(config: Config, path: Path, rosout: str) -> None:
+    """Runs until a signal arrives."""
+    proxy = Proxy(config, _master(config))
+    await proxy.start(list(_listeners(config)))
     stop = asyncio.Event()
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         asyncio.get_running_loop().add_signal_handler(number, stop.set)
-    ended = asyncio.ensure_future(master.wait())
-    stopped = asyncio.ensure_future(stop.wait())
-    await asyncio.wait([ended, stopped], return_when=asyncio.FIRST_COMPLETED)
-    if not ended.done():
-        master.terminate()
-        if not (await asyncio.wait([ended], timeout=_KILLED_AFTER))[0]:
-            master.kill()
-    following.cancel()
-    return await ended
+    tasks = [asyncio.ensure_future(one) for one in (_follow(path, proxy), _respawn(rosout))]
+    await stop.wait()
+    for one in tasks:
+        one.cancel()
+        with suppress(asyncio.CancelledError):
+            await one
+
+
+def _master(config: Config) -> Callable[[bytes], bytes]:
+    """What replies to XML-RPC requests: a master with the parameters that roscore sets (roscore.xml)."""
+    handler = ROSMasterHandler()
+    handler._ready(config.uri)
+    version = rospkg.RosPack().get_manifest("roslaunch").version
+    handler.setParam(_CALLER, "/rosdistro", os.environ["ROS_DISTRO"] + "\n")
+    handler.setParam(_CALLER, "/rosversion", f"{version}\n")
+    handler.setParam(_CALLER, "/run_id", str(uuid.uuid1()))
+    master: Any = SimpleXMLRPCDispatcher()  # its document as bytes: typeshed calls it a text
+    master.register_multicall_functions()
+    master.register_instance(handler)
+    return master._marshaled_dispatch  # type: ignore[no-any-return]
+
+
+def _listeners(config: Config) -> Iterator[socket.socket]:
+    """A socket for each place: what systemd has kept, or a new one. Those of other places are closed."""
+    kept = {one.getsockname()[:2]: one for one in _passed()}
+    for place in config.places:
+        known = kept.pop((place, config.port), None)
+        if known is None:
+            family = socket.AF_INET6 if ":" in place else socket.AF_INET
+            known = socket.create_server((place, config.port), family=family, backlog=_BACKLOG)
+        yield known
+    for (place, port), one in kept.items():
+        Notifier().forget(f"{place}-{port}")
+        one.close()
+
+
+def _passed() -> Iterator[socket.socket]:
+    """The sockets that systemd passes to this process."""
+    count = int(os.environ.pop("LISTEN_FDS", 0)) if os.environ.get("LISTEN_PID") == str(os.getpid()) else 0
+    for number in range(_FIRST, _FIRST + count):
+        os.set_inheritable(number, False)
+        yield socket.socket(fileno=number)
 
 
 async def _follow(path: Path, proxy: Proxy) -> None:
@@ -70,6 +116,19 @@ async def _follow(path: Path, proxy: Proxy) -> None:
                 proxy.use(load(path))
             except ConfigError as error:
                 print(error, file=sys.stderr, flush=True)
+
+
+async def _respawn(rosout: str) -> None:
+    """Runs rosout, again and again, until this is cancelled."""
+    while True:
+        process = await asyncio.create_subprocess_exec(rosout, "__name:=rosout")
+        try:
+            await process.wait()
+        except asyncio.CancelledError:
+            process.terminate()
+            await process.wait()
+            raise
+        await asyncio.sleep(_ROSOUT_AFTER)
 
 
 def _version(path: Path) -> tuple[int, int] | None:
