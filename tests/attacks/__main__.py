@@ -5,6 +5,7 @@ It needs root, for the lab. It exits with 1 if an attack succeeds that `security
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import signal
@@ -26,17 +27,27 @@ SPEC = ROOT / "examples/paper-leader/swarm.yaml"
 
 
 def main() -> int:
+    calls = [one.call for one in ATTACKS]
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.attacks", description=__doc__, epilog=f"The attacks: {', '.join(calls)}."
+    )
+    parser.add_argument("--only", nargs="+", choices=calls, default=calls, metavar="ATTACK")
+    parser.add_argument(
+        "--at", nargs="+", type=Setting, default=list(Setting), metavar="LEVEL", help="off, filtered, sealed"
+    )
+    options = parser.parse_args()
+    attacks = [one for one in ATTACKS if one.call in options.only]
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the lab does not outlive it
     cells: dict[tuple[str, str, Setting], Verdict] = {}
-    for setting in Setting:
+    for setting in options.at:
         with deployed(setting) as swarm:
-            for call, key, (verdict, error) in attacked(swarm, ATTACKS):
+            for call, key, (verdict, error) in attacked(swarm, attacks):
                 line = f"{setting.value}: {key}: {call}: {verdict.value}{error and f' ({error})'}"
                 print(line, file=sys.stderr, flush=True)
                 cells[call, key, setting] = verdict
     positions = {one.key: one.what for one in POSITIONS}
-    print(*lines(ATTACKS, positions, cells), sep="\n")
-    failed = failures(ATTACKS, positions, cells)
+    print(*lines(attacks, positions, cells), sep="\n")
+    failed = failures(attacks, positions, cells)
     print(f"\n{len(failed)} succeed that security is to refuse", *failed, sep="\n  ")
     return int(bool(failed))
 

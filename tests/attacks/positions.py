@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -21,6 +22,10 @@ INTRUDER = Path(__file__).with_name("intruder.py")
 AWAY = "epuck-pi"  # cut off while another machine has its address; in d it is the host that is compromised
 ACCOUNT = "mallory"
 _COPY = "/var/tmp/intruder.py"
+#: As a container without root is run in the host's network (user_namespaces(7)).
+_ROOTLESS = ("unshare", "--user", "--map-root-user", "--mount", "--pid", "--fork", "--mount-proc")
+_SCRIPT, _RESULT = "/var/tmp/intruder.sh", "/var/tmp/intruder.out"
+_AT_BOOT = "/etc/systemd/system/intruder.service"
 
 Argv = Callable[[LabSwarm, tuple[str, ...]], list[str]]
 
@@ -41,19 +46,42 @@ class Position:
 
     def begin(self, swarm: LabSwarm, attack: str, facts: Mapping[str, Any]) -> subprocess.Popen[str]:
         """The attack under way; it prints what ``intruder.py`` says."""
-        argv = self.argv(swarm, (attack, json.dumps({**facts, "own": self.address(swarm)})))
+        argv = self._argv(swarm, attack, facts)
         pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
         return subprocess.Popen(argv, stdin=nothing, stdout=pipe, stderr=nothing, text=True)
+
+    def _argv(self, swarm: LabSwarm, attack: str, facts: Mapping[str, Any]) -> list[str]:
+        return self.argv(swarm, (attack, json.dumps({**facts, "own": self.address(swarm)})))
+
+    @contextmanager
+    def at_boot(self, swarm: LabSwarm, attack: str, facts: Mapping[str, Any]) -> Iterator[None]:
+        """The attack begins at each boot of its host, as by `@reboot` of an account's crontab."""
+        assert self.host is not None
+        unit = f"[Service]\nExecStart=/bin/sh {_SCRIPT}\n[Install]\nWantedBy=multi-user.target\n"
+        script = f"{self._argv(swarm, attack, facts)[-1]} >{_RESULT}.part; mv {_RESULT}.part {_RESULT}"
+        write = f"rm -f {_RESULT}; printf %s {quoted(script)} >{_SCRIPT}"
+        write += f"; printf %s {quoted(unit)} | sudo tee {_AT_BOOT} >/dev/null"
+        swarm.shell(self.host, f"{write}; sudo systemctl enable intruder")
+        try:
+            yield
+        finally:
+            swarm.shell(self.host, f"sudo systemctl disable --now intruder; sudo rm {_AT_BOOT}")
+
+    def result(self, swarm: LabSwarm) -> Mapping[str, Any]:
+        """What the attack of a boot has printed at its end; empty before."""
+        assert self.host is not None
+        found = swarm.shell(self.host, f"cat {_RESULT} 2>/dev/null || true").splitlines()
+        return json.loads(found[-1]) if found else {}
 
 
 def _outside(swarm: LabSwarm, arguments: tuple[str, ...]) -> list[str]:
     return ["nsenter", f"--net={namespace_of(swarm)}", sys.executable, str(INTRUDER), *arguments]
 
 
-def _on(host: str, account: str) -> Argv:
+def _on(host: str, account: str, *before: str) -> Argv:
     def argv(swarm: LabSwarm, arguments: tuple[str, ...]) -> list[str]:
-        words = " ".join(quoted(one) for one in arguments)
-        return swarm.shell_argv(host, f"sudo -u {account} python3 {_COPY} {words}")
+        words = shlex.join((*before, "python3", _COPY, *arguments))
+        return swarm.shell_argv(host, f"sudo -u {account} {words}")
 
     return argv
 
@@ -113,6 +141,13 @@ POSITIONS = (
     Position("b", f"one with the address of {AWAY}, cut off", None, _outside, _own_of(AWAY), _address_taken),
     Position("c1", f"an account on {HOST}", HOST, _on(HOST, ACCOUNT), _own_of(HOST)),
     Position("c2", f"an account on {LEADER}", LEADER, _on(LEADER, ACCOUNT), _own_of(LEADER)),
+    Position(
+        "c3",
+        "a container of that account",
+        LEADER,
+        _on(LEADER, ACCOUNT, *_ROOTLESS),
+        _own_of(LEADER),
+    ),
     Position("d", f"root on {AWAY}", AWAY, _on(AWAY, "root"), _own_of(AWAY)),
 )
 

@@ -29,7 +29,8 @@ class Setting(Enum):
 class Attack:
     """An attack's function in ``intruder.py``, and what it is. ``reads``: it only reads what hosts may read.
 
-    ``commanded``: while a commander drives the robot; ``local``: by accounts of the host.
+    ``commanded``: while a commander drives the robot; ``local``: by accounts of the host; ``squats``: by
+    those of the master's host.
     """
 
     call: str
@@ -37,15 +38,19 @@ class Attack:
     reads: bool = False
     commanded: bool = False
     local: bool = False
+    squats: bool = False
 
     def applies(self, position: str) -> bool:
-        return not self.local or position.startswith("c")
+        if self.squats:
+            return position in _OF_MASTERS_HOST
+        return position != "c3" and (not self.local or position.startswith("c"))
 
 
 Cells = Mapping[tuple[str, str, Setting], Verdict]  # by the attack's function and the position's key
 
 _SPOOFED = "b"
 _COMPROMISED = "d"
+_OF_MASTERS_HOST = ("c2", "c3")
 
 
 def judged(attack: Attack, position: str, verdict: Verdict) -> Verdict:
