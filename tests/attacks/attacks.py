@@ -11,7 +11,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from typing import Any
 
-from tests.attacks.positions import Position
+from tests.attacks.positions import Position, printed
 from tests.attacks.table import Attack, Verdict, judged
 from tests.attacks.world import HOST, PROOF, ROBOT, Observer, World
 from tests.e2e.dead_man import Page, signalled
@@ -234,11 +234,11 @@ def _calm(observer: Observer, attack: Attack, position: Position) -> Scene:
             free = host is None or observer.lock_is_free(host)
             while process.poll() is None:
                 answered = observer.master_answers() and answered
-        printed = _end(process, first)
+        found = _end(process, first)
     return Scene(
         before,
         observer.look(),
-        printed,
+        found,
         place,
         master_answered=answered,
         lock_was_free=free,
@@ -259,8 +259,8 @@ def _squats(observer: Observer, attack: Attack, position: Position) -> Scene:
         if attack.call == "squat_at_boot":
             with position.at_boot(swarm, attack.call, facts):
                 swarm.reboot(LEADER)
-                printed = wait_for(lambda: position.result(swarm), complaint="the attacker does not end")
-                return Scene(before, observer.look(), printed or {})
+                found = wait_for(lambda: position.result(swarm), complaint="the attacker does not end")
+                return Scene(before, observer.look(), found or {})
         process = open_.enter_context(position.begin(swarm, attack.call, facts))
         assert process.stdout is not None
         first = process.stdout.readline()
@@ -269,8 +269,8 @@ def _squats(observer: Observer, attack: Attack, position: Position) -> Scene:
             swarm.shell(HOST, f"sudo systemctl restart swarm-{SWARM}.{ROBOT}")
         else:
             swarm.shell(LEADER, _FREES[attack.call])
-        printed = _end(process, first)
-        return Scene(before, observer.look(), printed)
+        found = _end(process, first)
+        return Scene(before, observer.look(), found)
 
 
 def _commanded(observer: Observer, attack: Attack, position: Position) -> Scene:
@@ -285,7 +285,7 @@ def _commanded(observer: Observer, attack: Attack, position: Position) -> Scene:
             while process.poll() is None:
                 looks.append(moves(swarm.robot(ROBOT)))
                 time.sleep(0.01)
-            printed = _end(process, "")
+            found = _end(process, "")
         end = time.monotonic() + _AFTERWARDS
         while time.monotonic() < end:
             looks.append(moves(swarm.robot(ROBOT)))
@@ -296,7 +296,7 @@ def _commanded(observer: Observer, attack: Attack, position: Position) -> Scene:
         wait_for(lambda: not moves(swarm.robot(ROBOT)), complaint="the robot does not stand")
         late = time.monotonic() - killed - (withheld() - waited) > Page().bound(_FAULT)
     obeys = looks[-1] and _obeys_another(observer)
-    return Scene(before, after, printed, stood=not all(looks), obeys=obeys, late=late)
+    return Scene(before, after, found, stood=not all(looks), obeys=obeys, late=late)
 
 
 def _obeys_another(observer: Observer) -> bool:
@@ -310,6 +310,4 @@ def _obeys_another(observer: Observer) -> bool:
 
 def _end(process: subprocess.Popen[str], begun: str) -> Mapping[str, Any]:
     """What the attacker prints at its end."""
-    out = begun + process.communicate(timeout=PATIENCE)[0]
-    found: Mapping[str, Any] = json.loads(out.strip().rpartition("\n")[2] or '{"error": "it prints nothing"}')
-    return found
+    return printed(begun + process.communicate(timeout=PATIENCE)[0])

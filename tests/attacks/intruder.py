@@ -88,8 +88,8 @@ class Publisher:
     ) -> None:
         self._name, self._kind, self._body = name, kind, body
         self._served = threading.Event()
-        self._topics = socket.create_server((FACTS["own"], 0))
-        self._slave = _server(listener or socket.create_server((FACTS["own"], 0)))
+        self._topics = _listener()
+        self._slave = _server(listener or _listener())
         self.uri = f"http://{FACTS['own']}:{self._slave.server_address[1]}/"
         self._slave.register_function(self._request_topic, "requestTopic")
         self._slave.register_function(lambda *_: (1, "", 0), "publisherUpdate")
@@ -136,13 +136,17 @@ def _taken(port: int) -> socket.socket | None:
     end = time.monotonic() + SQUATTED
     while time.monotonic() < end:
         with contextlib.suppress(OSError):
-            listener = socket.socket()
-            listener.setsockopt(socket.SOL_IP, IP_FREEBIND, 1)  # the host may not have its address yet
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            listener.bind((FACTS["own"], port))
-            listener.listen(100)
-            return listener
+            return _listener(port)
     return None
+
+
+def _listener(port: int = 0) -> socket.socket:
+    listener = socket.socket()
+    listener.setsockopt(socket.SOL_IP, IP_FREEBIND, 1)  # the host may not have its address yet
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listener.bind((FACTS["own"], port))
+    listener.listen(100)
+    return listener
 
 
 def _commander(listener: socket.socket | None = None) -> Publisher:

@@ -70,8 +70,15 @@ class Position:
     def result(self, swarm: LabSwarm) -> Mapping[str, Any]:
         """What the attack of a boot has printed at its end; empty before."""
         assert self.host is not None
-        found = swarm.shell(self.host, f"cat {_RESULT} 2>/dev/null || true").splitlines()
-        return json.loads(found[-1]) if found else {}
+        found = swarm.shell(self.host, f"cat {_RESULT} 2>/dev/null || true")
+        return printed(found) if found else {}
+
+
+def printed(out: str) -> Mapping[str, Any]:
+    """What an attacker has printed at its end; it may have been killed before."""
+    last = out.strip().rpartition("\n")[2]
+    found: Mapping[str, Any] = json.loads(last) if last.startswith("{") else {"error": "it was killed"}
+    return found
 
 
 def _outside(swarm: LabSwarm, arguments: tuple[str, ...]) -> list[str]:

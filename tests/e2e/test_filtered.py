@@ -32,6 +32,16 @@ CALL = (
     "import json, os, sys, xmlrpc.client; name, *given = sys.argv[1:]; "
     "print(json.dumps(getattr(xmlrpc.client.ServerProxy(os.environ['ROS_MASTER_URI']), name)(*given)))"
 )
+TAKE = """
+import socket, sys, time
+while True:
+    try:
+        kept = socket.create_server((sys.argv[1], 11311))
+    except OSError:
+        continue
+    print("taken", flush=True)
+    time.sleep(600)
+"""
 LOOKUP = (
     "import os, xmlrpc.client; "
     "print(xmlrpc.client.ServerProxy(os.environ['ROS_MASTER_URI']).lookupNode('/test', '/k3/driver')[2])"
@@ -124,6 +134,22 @@ def test_a_host_of_the_swarm_does_nothing_that_is_for_another(filtered: LabSwarm
         assert reason.startswith("refused by the guard of the master: "), call
     journal = filtered.shell(LEADER, "sudo journalctl -u swarm-newswarm.master -o cat")
     assert "refused: shutdown /mine from 192.168.77.11 (k3-pi): no call for others" in journal
+
+
+def test_no_other_account_gets_the_port_of_the_master(filtered: LabSwarm) -> None:
+    """It waits for the moment when nobody has the port: the master's unit restarts, and crashes."""
+    unit = "swarm-newswarm.master"
+    taking = shlex.join(["sudo", "-u", "daemon", "python3", "-c", TAKE, filtered.hosts[LEADER]])
+    filtered.shell(LEADER, f"nohup {taking} >/tmp/taken 2>&1 & sleep 0.5; pgrep -u daemon python3")
+    try:
+        for command in (f"restart {unit}", f"kill --signal=KILL {unit}"):
+            before = filtered.units(LEADER)["master"].pid
+            filtered.shell(LEADER, f"sudo systemctl {command}", timeout=60)
+            wait_for(lambda before=before: filtered.units(LEADER)["master"].pid not in (0, before))
+            until(lambda: filtered.swarmctl("status").status == exit_codes.OK, "it is not healthy again")
+        assert filtered.shell(LEADER, "cat /tmp/taken") == ""
+    finally:
+        filtered.shell(LEADER, "sudo pkill -KILL -u daemon python3; true")
 
 
 def test_a_flushed_firewall_is_unhealthy_until_its_unit_restarts(filtered: LabSwarm) -> None:

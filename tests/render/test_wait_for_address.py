@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
 
 from swarmctl import resources
+from tests.child_process import child_process
 from tests.ports import free_port
 from tests.timing import PATIENCE, wait_for
 
 PROGRAM = resources.templates() / "os/wait-for-address"
 HOUR = 3600.0  # s, beyond all patience
+FOREIGN = 5001
 
 
-def argv(address: str, port: int, within: float) -> list[str]:
+def argv(address: str, port: int, within: float, *hold: str) -> list[str]:
     options = ["--port", str(port), "--unit", "swarm-test.master.service", "--within", str(within)]
-    return [sys.executable, str(PROGRAM), address, *options]
+    return [sys.executable, str(PROGRAM), address, *options, *(["--hold", *hold] if hold else [])]
 
 
-def wait(address: str, port: int, within: float = 0.1) -> tuple[int, str]:
-    command = argv(address, port, within)
+def wait(address: str, port: int, within: float = 0.1, *hold: str) -> tuple[int, str]:
+    command = argv(address, port, within, *hold)
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     return done.returncode, done.stderr.strip()
 
@@ -98,3 +103,93 @@ def test_a_master_that_has_just_ended_has_left_its_port(port: int) -> None:
         accepted.close()
         client.recv(1)
     assert wait("127.0.0.1", port) == (0, "")
+
+
+# With --hold
+
+
+class Kept:
+    """What systemd gets at its socket: names of sockets, and the sockets."""
+
+    def __init__(self, path: Path) -> None:
+        self._channel = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._channel.bind(str(path))
+        self._channel.setblocking(False)
+
+    def all(self) -> dict[str, socket.socket]:
+        found = {}
+        with suppress(BlockingIOError):
+            while True:
+                text, files, _, _ = socket.recv_fds(self._channel, 4096, 4)
+                assert text.startswith(b"FDSTORE=1\nFDNAME=")
+                found[text.partition(b"FDNAME=")[2].decode()] = socket.socket(fileno=files[0])
+        return found
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Kept:
+    monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+    return Kept(tmp_path / "notify")
+
+
+#: Takes a port again and again, in a new process each time.
+TAKES = """
+import os, socket, sys, time
+while True:
+    if os.fork():
+        os.wait()
+    else:
+        while True:
+            try:
+                one = socket.create_server((sys.argv[1], int(sys.argv[2])))
+            except OSError:
+                continue
+            print("taken", flush=True)
+            time.sleep(600)
+"""
+
+
+@contextmanager
+def taking(port: int, account: int, address: str = "") -> Iterator[subprocess.Popen[str]]:
+    before = ["setpriv", f"--reuid={account}", f"--regid={account}", "--clear-groups"]
+    argv = [*before, sys.executable, "-c", TAKES, address, str(port)]
+    with child_process(argv, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "taken\n"
+        yield process
+
+
+def test_systemd_gets_a_socket_that_listens_at_each_place(kept: Kept, port: int) -> None:
+    assert wait("127.0.0.1", port, HOUR, "root", "127.0.0.1", "127.0.1.1", "::1") == (0, "")
+    sockets = kept.all()
+    assert sorted(sockets) == [f"..1-{port}", f"127.0.0.1-{port}", f"127.0.1.1-{port}"]
+    for one in sockets.values():
+        with one, socket.create_connection(one.getsockname()[:2], PATIENCE):
+            pass
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="needs root")
+def test_an_account_that_takes_the_port_again_and_again_is_ended(kept: Kept, port: int) -> None:
+    with taking(port, FOREIGN) as process:
+        code, text = wait("127.0.0.1", port, PATIENCE, "nobody", "127.0.0.1")
+        assert code == 0, text
+        assert list(kept.all()) == [f"127.0.0.1-{port}"]
+        assert f"port {port}, the ROS master's, was taken by account {FOREIGN}: ends process" in text
+        assert f"account {FOREIGN}: ends all processes" in text
+        assert process.wait(PATIENCE) == -signal.SIGKILL
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="needs root")
+@pytest.mark.parametrize("account", [0, 65534, 61184], ids=["root", "the host's account", "a unit's"])
+def test_who_may_have_it_is_named_and_goes_on(account: int, kept: Kept, port: int) -> None:
+    with taking(port, account) as process:
+        code, text = wait("127.0.0.1", port, 0.1, "nobody", "127.0.0.1")
+        assert (code, process.poll(), kept.all()) == (1, None, {})
+        assert f"port {port} is in use by process" in text
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="needs root")
+def test_who_listens_elsewhere_at_that_port_goes_on(kept: Kept, port: int) -> None:
+    with taking(port, FOREIGN, "127.9.9.9") as process:
+        assert wait("127.0.0.1", port, HOUR, "nobody", "127.0.0.1") == (0, "")
+        assert process.poll() is None
