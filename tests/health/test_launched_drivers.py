@@ -54,6 +54,11 @@ def test_its_nodes_are_named(host: ExpectedHost) -> None:
     assert (verdict.state, verdict.message) == (State.OK, f"{CORE} runs")
 
 
+def test_a_launch_file_whose_nodes_are_not_known_runs(host: ExpectedHost) -> None:
+    verdict = driver.launched(host.robots[0], host, replace(launched(), started=()))
+    assert (verdict.state, verdict.message) == (State.OK, "its launch file runs")
+
+
 def test_a_driver_that_takes_commands_beside_its_gate_is_named(host: ExpectedHost) -> None:
     verdict = driver.launched(host.robots[0], host, launched(command="/tb3_01/cmd_vel"))
     text = "none of its nodes subscribes to /tb3_01/gate/cmd_vel"
