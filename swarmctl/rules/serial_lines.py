@@ -122,9 +122,8 @@ def short_dead_man_timeouts(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _timeout_place(context: RuleContext, robot: str) -> Span:
     own = context.spec.robots[robot].settings
-    if own.command_timeout is not None:
-        return context.span("robots", robot, "settings", "command_timeout")
-    return context.span("robots", robot, key=True)
+    missing = own.command_timeout is None
+    return context.span("robots", robot, "settings", "command_timeout", key=missing)
 
 
 def _slow_commanders(context: RuleContext, robot: str) -> Iterator[Note]:
