@@ -17,7 +17,7 @@ _OF_ROS = re.compile(r"\[ *(DEBUG|INFO|WARN|ERROR|FATAL)(?:ING)? *\]")
 _OF_DRIVER = re.compile(r"(OK|WARN|ERROR): ")  # as drivers and gates of swarmctl begin a line
 # What rospy says of each look of our probe, and Fast DDS of a priority that its threads have anyway.
 _OF_NO_CONCERN = re.compile(
-    r"topic\[[^]]*\] (adding|removing) connection to \[?/swarmctl_probe_[0-9]"
+    r"topic\[[^]]*\] (adding|removing) connection to \[?/swarmctl_probe_"
     r"|Problem to set scheduler of thread with id \[[^]]*\] to value 0\. Error 'Operation not permitted'"
 )
 _ROS_WITHIN = 40  # characters in which rospy and rclpy print the level
