@@ -9,7 +9,14 @@ from swarmctl.render.topic_tool import NO_RELEASE, NO_TOOL
 
 
 def lack(
-    host: str, status: int | None, swarm: str, tool: str, ros_package: str, middleware: Middleware
+    host: str,
+    status: int | None,
+    swarm: str,
+    tool: str,
+    ros_package: str,
+    middleware: Middleware,
+    *,
+    lab: bool = False,
 ) -> HostError | None:
     """Returns the error that the exit ``status`` of ``in_release`` means; None for any other status."""
     if status == NO_RELEASE:
@@ -18,5 +25,7 @@ def lack(
     if status == NO_TOOL:
         packages = " or ".join(f"`{one}`" for one in middleware.debian_packages(package(ros_package)))
         hint = f"install it there; the Debian package is {packages}"
+        if lab:  # its hosts are of one image: nothing is installed on one of them
+            hint = f"no host of a lab has it; real hosts have it with the Debian package {packages}"
         return HostError(Kind.FAILED, f"{host} has no `{tool}`", hint)
     return None

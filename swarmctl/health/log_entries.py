@@ -15,6 +15,11 @@ MOST_PENDING = 20_000  # entries
 _OF_PRIORITY = ("fatal", "fatal", "fatal", "error", "warn", "info", "info", "debug")  # syslog(3)
 _OF_ROS = re.compile(r"\[ *(DEBUG|INFO|WARN|ERROR|FATAL)(?:ING)? *\]")
 _OF_DRIVER = re.compile(r"(OK|WARN|ERROR): ")  # as drivers and gates of swarmctl begin a line
+# What rospy says of each look of our probe, and Fast DDS of a priority that its threads have anyway.
+_OF_NO_CONCERN = re.compile(
+    r"topic\[[^]]*\] (adding|removing) connection to \[?/swarmctl_probe_"
+    r"|Problem to set scheduler of thread with id \[[^]]*\] to value 0\. Error 'Operation not permitted'"
+)
 _ROS_WITHIN = 40  # characters in which rospy and rclpy print the level
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # as roscpp writes around a warning
 _TRACEBACK = "Traceback (most recent call last):"
@@ -55,6 +60,8 @@ def entry_of(read: LogEntry, host: str, swarm: str, offset: float) -> Entry:
     level = named[1].lower().replace("ok", "info") if named else _OF_PRIORITY[read["priority"] & 7]
     if message.startswith(_TRACEBACK):
         level = "error"
+    elif _OF_NO_CONCERN.search(message):
+        level = "debug"
     return Entry(read["time"] - offset, host, source_of(read["unit"], swarm), level, message)
 
 

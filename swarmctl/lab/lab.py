@@ -6,7 +6,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +86,11 @@ def robot_lines(plan: LabPlan, state: State) -> Iterator[str]:
     for (before, after), robots in emulated.items():
         devices = hostlist.written(robot.device for robot in robots)
         yield f"robot {hostlist.written(robot.name for robot in robots)}: {before}{devices}{after}"
+    yield from stand_in_lines(plan, state)
+
+
+def stand_in_lines(plan: LabPlan, state: State) -> Iterator[str]:
+    """Which robots a stand-in drives, in place of which package, or where the lab has that."""
     replaced: dict[str, list[str]] = {}
     for one in plan.stand_ins:
         replaced.setdefault(_stand_in(one, state), []).append(one.robot)
@@ -268,6 +273,12 @@ def plan(name: str) -> LabPlan:
     files = lab_paths(name)
     supervisor_client.running(files)
     return read_state(files).plan
+
+
+def stand_ins(name: str) -> tuple[str, ...]:
+    """Returns which robots of a lab a stand-in drives. Raises ``LabError`` if there is no such lab."""
+    state = read_state(lab_paths(name))
+    return tuple(stand_in_lines(replace(state.plan, stand_ins=state.stand_ins), state))
 
 
 def operator(name: str) -> Operator:

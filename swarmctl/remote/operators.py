@@ -12,11 +12,15 @@ def this_one() -> str:
     return f"{getpass.getuser()}@{socket.gethostname()} ({os.getpid()})"
 
 
+def person(who: str) -> str:
+    """Returns ``name@machine``: of a run that has ended, nobody needs the process."""
+    return who.rpartition(" (")[0] or who
+
+
 def ended_here(who: str) -> bool:
     """Returns True if ``who`` is this operator on this machine, in a run that has ended."""
-    person, _, process = who.rpartition(" (")
-    number = process.rstrip(")")
-    if person != this_one().rpartition(" (")[0] or not number.isdecimal():
+    number = who.rpartition(" (")[2].rstrip(")")
+    if person(who) != person(this_one()) or not number.isdecimal():
         return False
     try:
         os.kill(int(number), 0)

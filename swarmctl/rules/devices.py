@@ -46,7 +46,7 @@ def named_devices(context: RuleContext) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "LINK004",
                 f"the {link.title} link of `{link.robot}` has no device",
-                context.span("links", index),
+                context.span("links", index, "usb", "device"),
                 label="needs `usb` or `device`" if is_serial else "",
                 help=_WAYS_TO_NAME_A_DEVICE if is_serial else (),
             )
@@ -56,7 +56,7 @@ def named_devices(context: RuleContext) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "LINK004",
                 f"`usb` of `{link.robot}` names no adapter",
-                context.span("links", index, "usb"),
+                context.span("links", index, "usb", "serial"),
                 label="needs `serial`, or `path` for an adapter that has none",
                 help=(
                     f"usb: {{serial: ...}} {_UDEVADM}",

@@ -41,7 +41,7 @@ def _role(
         yield Diagnostic(
             "MODE002",
             f"{title} needs a `{role.key}`",
-            context.span(*loc, "mode"),
+            context.span(*loc, role.key, "mode"),
             label=f"`{role.key}` is the host that {duty}",
             help=(added,),
             fix=make_fix(
@@ -88,7 +88,7 @@ def robots_have_hosts(context: RuleContext) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "MODE004",
                 f"robot `{name}` has no host",
-                context.span("robots", name, key=True),
+                context.span("robots", name, "host", key=True),
                 label="`host` missing",
                 help=(f"add `host: {host}`",),
                 fix=make_fix(

@@ -53,7 +53,7 @@ def where_they_run(context: RuleContext) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "PROG006",
                 f"program `{name}` has no host",
-                context.span("programs", name, key=True),
+                context.span("programs", name, "host", "robot", "needs", key=True),
                 label="`host`, `robot` or `needs` missing",
                 help=(
                     "add `host: ...` to run it on that host",
@@ -223,9 +223,7 @@ def commands(context: RuleContext) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "PROG002",
                 f"program `{name}` has nothing to run",
-                context.span("programs", name, lone, key=True)
-                if lone
-                else context.span("programs", name, key=True),
+                context.span("programs", name, *_STARTS, *([lone] if lone else []), key=True),
                 label="`package` missing" if lone else "needs `use`, `package`, `command` or `container`",
                 help=(
                     "add the ROS package: package: joy, executable: joy_node",
@@ -245,6 +243,9 @@ def commands(context: RuleContext) -> Iterator[Diagnostic]:
             )
         elif program.package is not None and (program.launch is None) == (program.executable is None):
             yield _start(context, name, program)
+
+
+_STARTS = ("use", "package", "command", "container")
 
 
 def _starts(program: Program) -> tuple[str, ...]:
@@ -272,7 +273,7 @@ def _start(context: RuleContext, name: str, program: Program) -> Diagnostic:
     return Diagnostic(
         "PROG004",
         f"program `{name}` has neither an `executable` nor a `launch` file of `{program.package}`",
-        context.span("programs", name, "package"),
+        context.span("programs", name, "executable", "launch", "package"),
         label="`executable` or `launch` missing",
         help=("add `executable: NODE`, or `launch: FILE.launch`",),
     )

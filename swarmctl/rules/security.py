@@ -181,11 +181,19 @@ def unfilterable_hosts(context: RuleContext) -> Iterator[Diagnostic]:
 def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator[Diagnostic]:
     """Hosts without a network in common that has both addresses; of each pair the one that has more such.
 
-    In a sealed swarm they may have a third host in common.
+    In a sealed swarm they may have a third host in common; NET001 reports those that do not reach their hub.
     """
+    homes = [(host, island.hub) for island in context.islands for host in island.hosts]
+    alone = {host for host, hub in homes if not context.meet(host, hub)}
     places = {host: _networks_by_address(context, host) for host in peers if context.addresses[host]}
     apart = {
-        host: [one for one in peers[host] if one in places and places[one].isdisjoint(own)]
+        host: [
+            one
+            for one in peers[host]
+            if one in places
+            and places[one].isdisjoint(own)
+            and (alone.isdisjoint((host, one)) or context.meet(host, one))
+        ]
         for host, own in places.items()
     }
     if context.spec.security == "sealed":
@@ -207,10 +215,7 @@ def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator
             f"{_level(context)} drops what they send each other",
             context.span("hosts", host, "address"),
             label=f"`{others[0]}` sends from another address, or a router translates it",
-            help=(
-                "give both addresses in one network of `links`",
-                "or write `security: off`, for the swarm or for the island",
-            ),
+            help=("give both addresses in one network of `links`",),
         )
 
 

@@ -33,17 +33,16 @@ def link_loads(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _too_much(context: RuleContext, index: int, budget: SerialBudget) -> Diagnostic:
     load, robot = budget.load, budget.robot
-    never = load.least_share > 1
+    over = load.share > 1
     queries = ", ".join(f"{one.name} {one.rate:g} Hz" for one in load.exchanges)
     figures = (
         f"{load.needed:.0f} of {load.available:.0f} B/s, and {sum(one.rate for one in load.exchanges):g} "
         f"replies per second"
     )
-    share = load.least_share if never else load.share
-    verdict = "is overloaded" if never else "may be overloaded" if load.share > 1 else "is almost fully used"
+    verdict = "is overloaded" if over else "is almost fully used"
     return Diagnostic(
-        "LINE001" if never else "LINE002",
-        f"the link of robot `{robot}` {verdict}: {share:.0%} of its time ({figures})",
+        "LINE001" if over else "LINE002",
+        f"the link of robot `{robot}` {verdict}: {load.share:.0%} of its time ({figures})",
         _place(context, index, robot),
         label=queries,
         notes=(Note(context.span("links", index), f"{load.kind} at {load.baud} baud"),),
@@ -105,7 +104,7 @@ def short_dead_man_timeouts(context: RuleContext) -> Iterator[Diagnostic]:
         period = 1 / rates[budget.robot]
         load = budget.load
         least = max(_PERIODS * period, load.cycle)
-        if timeout >= least or load.least_share > 1 or timeout <= load.reply_timeout:  # LINE001, LINE006
+        if timeout >= least or load.share > 1 or timeout <= load.reply_timeout:  # LINE001, LINE006
             continue
         slow = "two command periods take" if least > load.cycle else "one cycle of all requests takes"
         yield Diagnostic(
@@ -122,9 +121,8 @@ def short_dead_man_timeouts(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _timeout_place(context: RuleContext, robot: str) -> Span:
     own = context.spec.robots[robot].settings
-    if own.command_timeout is not None:
-        return context.span("robots", robot, "settings", "command_timeout")
-    return context.span("robots", robot, key=True)
+    missing = own.command_timeout is None
+    return context.span("robots", robot, "settings", "command_timeout", key=missing)
 
 
 def _slow_commanders(context: RuleContext, robot: str) -> Iterator[Note]:
@@ -186,10 +184,10 @@ def _rate_place(context: RuleContext, robot: str, sensor: str) -> Span:
 def odd_bauds(context: RuleContext) -> Iterator[Diagnostic]:
     """A non-standard baud rate, usually a typing error."""
     for index, link in context.lines:
-        if isinstance(link, Serial) and link.baud is not None and link.baud not in BAUDS:
-            rates = context.bauds_of(link.robot)
-            own = near_bauds(link.baud, rates)
-            near = own or near_bauds(link.baud)
+        rates = context.bauds_of(link.robot)
+        known = (*BAUDS, *rates)
+        if isinstance(link, Serial) and link.baud is not None and link.baud not in known:
+            near = near_bauds(link.baud, rates or BAUDS)
             supported_rates = f"its type has {' or '.join(map(str, rates))} baud" if rates else ""
             loc = ("links", index, "baud")
             yield Diagnostic(
@@ -197,9 +195,9 @@ def odd_bauds(context: RuleContext) -> Iterator[Diagnostic]:
                 f"{link.baud} is not a standard baud rate",
                 context.span(*loc),
                 label=f"the link of `{link.robot}`",
-                help=tuple(filter(None, (meant_baud(near), "" if own else supported_rates))),
+                help=tuple(filter(None, (meant_baud(near), "" if near else supported_rates))),
                 fix=make_fix(
-                    f"write {near[0]}", replace_value(context.source, loc, near[0]), safe=near == own
+                    f"write {near[0]}", replace_value(context.source, loc, near[0]), safe=bool(rates)
                 )
                 if len(near) == 1
                 else None,

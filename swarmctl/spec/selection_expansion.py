@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import yaml
@@ -254,7 +255,8 @@ def _with(node: yaml.Node, key: str, value: yaml.Node) -> yaml.Node:
 
 
 def _like(node: Any, value: list[Any]) -> yaml.Node:
-    made: yaml.Node = type(node)(node.tag, value, node.start_mark, node.end_mark, flow_style=node.flow_style)
+    made: yaml.Node = copy(node)
+    made.value = value
     return made
 
 

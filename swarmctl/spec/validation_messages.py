@@ -92,7 +92,7 @@ def diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
         return Diagnostic(
             "SPEC002",
             f"`{key}` is missing{_inside(loc[:-1])}",
-            source.span(loc[:-1], key=bool(loc[:-1])),
+            source.span(loc, key=bool(loc[:-1])),
             label=f"needs `{key}`",
             help=(f"`{key}`: {text}",) if text else (),
         )
@@ -102,7 +102,7 @@ def diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
             return Diagnostic(
                 "SPEC002",
                 f"`kind` is missing{_inside(loc)}",
-                source.span(loc),
+                source.span((*loc, "kind")),
                 label="needs `kind`",
                 help=(f"`kind` is one of {', '.join(kinds_at(loc))}",),
             )

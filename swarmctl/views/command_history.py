@@ -11,6 +11,7 @@ from rich.text import Text
 
 from swarmctl.plan.command_history import Event, Record, Span, Start
 from swarmctl.plan.history import Run
+from swarmctl.remote import operators
 from swarmctl.remote.transport import HostError
 from swarmctl.views.escape import printable
 from swarmctl.views.history import results
@@ -63,8 +64,9 @@ def _duration(span: Span) -> str:
 
 
 def _changes(run: Run) -> Iterator[tuple[str, str, str, str]]:
+    who = printable(operators.person(run.who)) or "someone"
     for result, hosts in results(run).items():
-        yield "", f"release {result}, by {printable(run.who) or 'someone'}", "", hostlist.written(hosts)
+        yield "", f"release {result}, by {who}", "", hostlist.written(hosts)
 
 
 def _state(host: str, robot: str, record: Record) -> Iterator[str]:

@@ -8,6 +8,7 @@ from datetime import datetime, timezone
 from rich.text import Text
 
 from swarmctl.plan.history import APPLIED, FORGOTTEN, Run
+from swarmctl.remote import operators
 from swarmctl.remote.transport import HostError
 from swarmctl.views.escape import printable
 from swarmctl.views.width import wrapped
@@ -21,7 +22,8 @@ def history_text(runs: Sequence[Run], errors: Mapping[str, HostError], width: in
     text = Text()
     for run in reversed(runs):
         when = datetime.fromtimestamp(run.time, tz=timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
-        head = Text.assemble((run.name[:_SHOWN], "bold"), f"  {when}  {printable(run.who) or 'someone'}")
+        who = printable(operators.person(run.who)) or "someone"
+        head = Text.assemble((run.name[:_SHOWN], "bold"), f"  {when}  {who}")
         text.append_text(wrapped(head, width, 2)).append("\n")
         for result, hosts in results(run).items():
             text.append_text(wrapped(Text(f"  {hostlist.written(hosts)}  {result}"), width, 4)).append("\n")

@@ -48,8 +48,8 @@ def _link(link: RosLink) -> Iterator[tuple[str, ...]]:
 def _launched(driver: RosDriver) -> Iterator[tuple[str, ...]]:
     yield "package", ", ".join(driver.packages)
     yield ("launch file", driver.launch) if driver.launch else ("executable", driver.executable or "")
-    for loc, value in driver.texts:
-        yield str(loc[0]), f"{loc[1]}: {printable(str(value))}"
+    for (key, *names), value in driver.texts:  # `params` and the like have names, a frame has none
+        yield str(key), "".join(f"{one}: " for one in names[:1]) + printable(str(value))
     for old, new in driver.remap.items():
         yield "remap", f"{old} to {new}"
 

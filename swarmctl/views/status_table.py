@@ -194,13 +194,16 @@ def _driver(unit: UnitSeen | None) -> str:
 def _topics(topics: Iterable[TopicRow]) -> Iterable[str]:
     """Each measured rate; that of the diagnostics only when it is low.
 
-    A topic without a declared rate may be silent for long: no message within two seconds is not a fault.
+    A topic without a declared rate is not measured, or may be silent for long, which is not a fault.
     """
     for topic in topics:
         low = topic.rate is not None and topic.rate < LOWEST_SHARE * topic.expected
-        silent = not topic.rate and not topic.expected
-        if topic.rate is not None and not silent and (low or topic.name != DIAGNOSTICS):
-            name = clean(topic.name.rpartition("/")[2], _WIDEST)
+        name = clean(topic.name.rpartition("/")[2], _WIDEST)
+        if topic.name == DIAGNOSTICS and not low:
+            continue
+        if not topic.rate and not topic.expected:
+            yield f"{name} -"
+        elif topic.rate is not None:
             yield f"{name} {topic.rate:.1f}{f' of {topic.expected:g}' if low else ''}"
 
 

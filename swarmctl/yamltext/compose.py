@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import yaml
@@ -103,6 +103,12 @@ def compose(text: str, name: str, budget: LoadBudget) -> tuple[yaml.Node | None,
         return None, Diagnostic(error.code, str(error), place)
 
 
+class OverlaidNode(yaml.MappingNode):
+    """A mapping merged with an overlay. ``removed``: the pairs by which the overlay removes keys."""
+
+    removed: Mapping[str, Pair]
+
+
 def span_of(node: yaml.Node) -> Span:
     """Returns the position of a node in its own file."""
     start, end = node.start_mark, node.end_mark
@@ -114,6 +120,11 @@ def pairs_of(node: yaml.Node | None) -> dict[str, Pair]:
     found = node.value if isinstance(node, yaml.MappingNode) else ()
     pairs = ((key, value) for key, value in reversed(found) if isinstance(key, yaml.ScalarNode))
     return {key.value: (key, value) for key, value in pairs}
+
+
+def removal_of(node: yaml.Node | None, key: str | int) -> Pair | None:
+    """Returns the pair by which an overlay removes ``key`` from a mapping; None if none does."""
+    return node.removed.get(str(key)) if isinstance(node, OverlaidNode) else None
 
 
 def is_plain(node: yaml.Node) -> bool:

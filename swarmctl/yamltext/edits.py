@@ -28,6 +28,7 @@ import yaml
 
 from swarmctl.diagnostics import Edit, Fix, Span
 from swarmctl.yamltext import cst_edits, hostlist
+from swarmctl.yamltext.compose import removal_of
 from swarmctl.yamltext.cst import Kind, Layout, Part, layout, line_starts
 from swarmctl.yamltext.emit import literal, text_of
 from swarmctl.yamltext.limits import MAX_FIXABLE
@@ -117,6 +118,9 @@ def set_key(source: Source, loc: Loc, key: str, value: Any, *, after: str = "") 
         return ()
     if source.child(found.node, key) is not None:
         return replace_value(source, (*loc, key), value)
+    if (removal := removal_of(found.node, key)) is not None:  # the file has the key: it would be there twice
+        there = _place(source, *removal)
+        return there.edits(cst_edits.replaced(there.layout, there.part, literal(value))) if there else ()
     if found.part.empty:
         return replace_value(source, loc, {key: value})
     keys = [entry.key for entry in found.part.entries if entry.key and not entry.explicit]
@@ -246,7 +250,7 @@ def _place(source: Source, key: yaml.Node | None, node: yaml.Node | None) -> _Pl
     if any(len(source.texts[one.start_mark.name]) > MAX_FIXABLE for one in (key, node) if one is not None):
         return None
     found = layout(source.texts[file])
-    kind = _KINDS[type(node)]
+    kind = next(kind for type_, kind in _KINDS.items() if isinstance(node, type_))
     part = found.parts.get((node.start_mark.index, kind))
     if part is None or part.anchor in found.aliased or (part.flow and found.text[part.start] not in "[{"):
         return None

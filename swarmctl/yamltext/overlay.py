@@ -10,7 +10,7 @@ import yaml
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.suggest import did_you_mean
-from swarmctl.yamltext.compose import Pair, is_null, pairs_of, span_of
+from swarmctl.yamltext.compose import OverlaidNode, Pair, is_null, pairs_of, span_of
 from swarmctl.yamltext.limits import MAX_DEPTH, MAX_NODES
 
 # Keys that identify the entries of a list, and the key whose removal removes the entry.
@@ -42,11 +42,14 @@ class _Overlay:
         old, new = pairs_of(base), pairs_of(over)
         self.left -= len(new)
         laid: list[Pair] = []
+        removed = dict(base.removed) if isinstance(base, OverlaidNode) else {}
         for key, value in base.value:
             name = key.value if isinstance(key, yaml.ScalarNode) else None
             if name not in new or old[name][0] is not key:
                 laid.append((key, value))
-            elif not is_null(new[name][1]):
+            elif is_null(new[name][1]):
+                removed[name] = new[name]
+            else:
                 laid.append(self._pair(name, (key, value), new[name], depth))
         for key, value in over.value:
             name = key.value if isinstance(key, yaml.ScalarNode) else None
@@ -56,7 +59,9 @@ class _Overlay:
                 self._nothing_there(f"`{name}`", key)
             elif name not in old:
                 laid.append((key, value))
-        return yaml.MappingNode(base.tag, laid, base.start_mark, base.end_mark, base.flow_style)
+        made = OverlaidNode(base.tag, laid, base.start_mark, base.end_mark, base.flow_style)
+        made.removed = removed
+        return made
 
     def _pair(self, name: str, old: Pair, new: Pair, depth: int) -> Pair:
         """Merges a key that both have. If the overlay's value replaces, so does its key."""

@@ -21,6 +21,7 @@ from swarmctl.yamltext.compose import (
     Pair,
     compose,
     pairs_of,
+    removal_of,
     span_of,
 )
 from swarmctl.yamltext.limits import MAX_DEPTH, MAX_FINDINGS, MAX_REPEATED, LoadBudget
@@ -80,12 +81,15 @@ class Source:
     def span(self, loc: Loc = (), *, key: bool = False) -> Span:
         """Returns the position of the value at ``loc``, or of its key.
 
-        A part of ``loc`` that is not in the file is skipped: a missing key gives the position of its parent.
+        A part of ``loc`` that is not in the file is skipped: a missing key gives the position of its parent,
+        or of the key in the overlay that removes it.
         """
         node, key_node = self.root, None
         for part in loc:
             found = self.child(node, part)
             if found is None:
+                if (removal := removal_of(node, part)) is not None:
+                    return span_of(removal[0])
                 continue
             key_node, node = found
         chosen = key_node if key and key_node is not None else node

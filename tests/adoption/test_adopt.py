@@ -65,8 +65,8 @@ def changed_lines(spec: Path, texts: dict[str, str]) -> list[str]:
             id="the serial number of an adapter in a udev rule",
         ),
         pytest.param(
-            LEADER, "koala-laptop:params/koala.yaml", "baud: 115200", "baud: 57600",
-            "- {kind: serial, host: koala-laptop, robot: koala, usb: {serial: A600dXyz}, baud: 57600}",
+            LEADER, "koala-laptop:params/koala.yaml", "baud: 115200", "baud: 38400",
+            "- {kind: serial, host: koala-laptop, robot: koala, usb: {serial: A600dXyz}, baud: 38400}",
             id="the baud rate of a link",
         ),
         pytest.param(

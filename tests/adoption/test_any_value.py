@@ -85,7 +85,7 @@ def test_what_a_lab_tunes_can_be_adopted() -> None:
     data["diagnostics_rate"] = 0.5
     data["kinematics"] |= {"linear_max": 0.1, "angular_max": 0.5}
     for sensor in data["sensors"].values():
-        sensor["rate"] = 4.0
+        sensor["rate"] = 2.0
     edited = EditedFile("k3-pi", file.path, file.path, yaml.safe_dump(data), file.digest)
     found = adopt(read, [edited])
     assert not found.refused, found.refused

@@ -10,8 +10,9 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.robot_types.any_robot_type import with_protocol
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.spec.catalog import load_catalog
+from swarmctl.views.escape import printable
 
 GOLDEN = Path(__file__).parent / "golden/driver"
 BEETLE = """\
@@ -83,14 +84,18 @@ def test_a_page_shows_everything(
     golden(GOLDEN / "beetle.json", json.dumps(output, indent=2) + "\n")
 
 
-@pytest.mark.parametrize("name", sorted(with_protocol(load_catalog().types)))
+@pytest.mark.parametrize("name", sorted(load_catalog().types))
 def test_every_shipped_type_has_a_page(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["driver", "show", name]) == exit_codes.OK
     shown = capsys.readouterr().out
     assert shown.startswith(f"{name}: ")
+    kind = load_catalog().types[name]
+    if isinstance(kind, RosRobotType):
+        assert all(printable(str(value)) in shown for driver in kind.drivers for _, value in driver.texts)
+        return
     assert all(topic in shown for topic in ("cmd_vel", "/diagnostics") if name != "arduino-rover")
     subscribed = shown.partition("\nSubscribes\n")[2]
-    assert all(f"\n  {light} " in subscribed for light in with_protocol(load_catalog().types)[name].actuators)
+    assert all(f"\n  {light} " in subscribed for light in kind.actuators)
 
 
 def test_a_type_that_is_not_there(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

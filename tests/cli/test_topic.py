@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from swarmctl.cli import exit_codes
+from swarmctl.cli import exit_codes, options
 from swarmctl.remote import host_commands
 from swarmctl.remote.host_commands import Ran
 from swarmctl.remote.parallel_hosts import Finished, Note
@@ -139,6 +139,20 @@ def test_echo_ends_after_n_messages(hosts: Hosts, tmp_path: Path) -> None:
     hosts.answers = {"koala-laptop": Ran("koala-laptop", 9)}
     done = topic(tmp_path, LEADER, "echo", "/k3/odom", "-n", "2")
     assert (done.stdout, done.returncode, hosts.left) == ("x: 1\n---\nx: 2\n---\n", 0, True)
+
+
+@pytest.mark.parametrize("words", [("list",), ("hz", "/k3/odom")])
+def test_nobody_is_to_install_a_tool_in_a_lab(
+    hosts: Hosts, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
+) -> None:
+    there = {"koala-laptop": Target("koala-laptop", "192.168.77.10", "robot", "")}
+    monkeypatch.setattr(options, "targets", lambda *_, **__: there)
+    hosts.answers = {"koala-laptop": Ran("koala-laptop", 127)}
+    done = topic(tmp_path, ROS_2, *words, "--lab")
+    assert "koala-laptop has no `ros2 topic`" in done.stderr
+    assert "help: no host of a lab has it" in done.stderr
+    assert "install" not in done.stderr
+    assert done.returncode == exit_codes.HOSTS_FAILED
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ FAULTS = {
         K3_PI,
         with_unit(UNIT["k3"], restarts=1, restarted=1),
         {UNIT_K3: ("bad", [])},
-        message="crash loop: restarted 1 time,",
+        message="ended and is started again,",
     ),
     "restarted often before": Fault(
         K3_PI, with_unit(UNIT["k3"], restarts=3), {UNIT_K3: ("warning", [])}, healthy=True

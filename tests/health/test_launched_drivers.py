@@ -15,6 +15,7 @@ from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
 from swarmctl.health.verdict import State
+from swarmctl.views.status_table import table
 from tests.loading import load_swarm
 
 SPEC = """
@@ -54,6 +55,11 @@ def test_its_nodes_are_named(host: ExpectedHost) -> None:
     assert (verdict.state, verdict.message) == (State.OK, f"{CORE} runs")
 
 
+def test_a_launch_file_whose_nodes_are_not_known_runs(host: ExpectedHost) -> None:
+    verdict = driver.launched(host.robots[0], host, replace(launched(), started=()))
+    assert (verdict.state, verdict.message) == (State.OK, "its launch file runs")
+
+
 def test_a_driver_that_takes_commands_beside_its_gate_is_named(host: ExpectedHost) -> None:
     verdict = driver.launched(host.robots[0], host, launched(command="/tb3_01/cmd_vel"))
     text = "none of its nodes subscribes to /tb3_01/gate/cmd_vel"
@@ -77,5 +83,7 @@ def test_its_measured_rates_are_in_its_row(host: ExpectedHost) -> None:
     measured = replace(seen.nodes[CORE], topics=topics)
     answer = Answer(launched={host.robots[0].unit: replace(seen, nodes={CORE: measured})})
     graph = ExpectedGraph("lab", (host,))
-    (row,) = status(graph, {host.name: answer}, Diagnosis(())).hosts[0].robots
+    hosts = status(graph, {host.name: answer}, Diagnosis(())).hosts
+    (row,) = hosts[0].robots
     assert next(one.rate for one in row.topics if one.name == odom) == 29.6
+    assert "odom 29.6  imu -  battery_state -" in table(hosts).plain

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from datetime import datetime, timedelta, timezone
 
@@ -9,11 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from swarm_onboard.agent.log_messages import LogEntry
+from swarm_onboard.ros1_probe.client import CALLER
 
 from swarmctl.health import log_entries
 from swarmctl.health.log_entries import WINDOW, Choice, Entry, Merge
 
 NOW = datetime(2026, 11, 26, 22, 0, tzinfo=timezone.utc)
+ROSPY = "[INFO] [1795919558.700696]: topic[/k3/odom]"
+CALLER_OF_7 = CALLER.replace(str(os.getpid()), "7")  # the names of tests are those of all processes
+FAST_DDS = "Problem to set scheduler of thread with id [812,dds.udp.7411]"
 OFFSETS = [0.0, 30.0, -50.0]  # s
 
 
@@ -44,6 +49,16 @@ def logged(host: str, at: float, message: str, level: str = "info") -> Entry:
         ("OK: connected", 6, "info"),
         ("\x1b[33m[ WARN] [1700000000.1]: low\x1b[0m", 6, "warn"),
         ("Traceback (most recent call last):", 6, "error"),
+        (f"{ROSPY} adding connection to [{CALLER_OF_7}], count 0", 6, "debug"),
+        (f"{ROSPY} removing connection to {CALLER_OF_7}", 6, "debug"),
+        (f"{ROSPY} adding connection to [/rviz_4711], count 0", 6, "info"),
+        (f"{FAST_DDS} to value 0. Error 'Operation not permitted' -> Function f", 6, "debug"),
+        (
+            f"2026-11-29 02:32:37.401 [SYSTEM Error] {FAST_DDS} to value 0. Error 'Operation not permitted'",
+            6,
+            "debug",
+        ),
+        (f"{FAST_DDS} to value 7. Error 'Operation not permitted'", 6, "info"),
     ],
 )
 def test_the_text_of_ros_decides_the_level_before_the_priority(

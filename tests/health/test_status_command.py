@@ -17,6 +17,7 @@ from swarmctl.health import collect as asking
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.observations import Answer
 from swarmctl.health.status_schema import status_schema
+from swarmctl.lab import lab
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests.health.swarm_values import K3_PI, all_well, graph, nothing_deployed, with_device
 
@@ -103,6 +104,21 @@ def test_wait_for_hosts_leaves_their_health_aside(hosts: Hosts, leader_spec: Pat
     hosts.rounds = [{**spoilt(), "epuck-pi": AWAY}, spoilt()]
     assert run(["status", str(leader_spec), "--wait", "--for", "reachable"]) == exit_codes.OK
     assert not hosts.rounds
+
+
+@pytest.mark.parametrize("more", [[], ["--lab"]])
+def test_in_a_lab_it_names_the_robots_of_stand_ins(
+    hosts: Hosts,
+    leader_spec: Path,
+    more: list[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = "robot k3: a stand-in moves and publishes in place of kobuki_node"
+    monkeypatch.setattr(lab, "stand_ins", lambda _: (text,))
+    hosts.rounds = [all_well()]
+    assert run(["status", str(leader_spec), *more]) == exit_codes.OK
+    assert (text in capsys.readouterr().out) is bool(more)
 
 
 def test_watch_and_wait_exclude_each_other(hosts: Hosts, leader_spec: Path) -> None:

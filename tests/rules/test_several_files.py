@@ -202,6 +202,15 @@ links:
     assert list(swarm.robots) == ["koala", "epuck"]
 
 
+def test_a_fix_writes_a_key_where_the_overlay_removes_it(tmp_path: Path) -> None:
+    field = "robots:\n  k3: {host: ~}\n"
+    spec = written(tmp_path, swarm=WHOLE, field=field)
+    assert codes(spec, tmp_path / "field.yaml") == ["MODE004"]
+    assert run(["validate", str(spec), "-f", str(tmp_path / "field.yaml"), "--fix"]) == exit_codes.OK
+    assert spec.read_text("utf-8") == WHOLE
+    assert (tmp_path / "field.yaml").read_text("utf-8") == field.replace("~", "k3-pi")
+
+
 def test_an_empty_overlay_changes_nothing(tmp_path: Path) -> None:
     assert laid(tmp_path, "# nothing yet\n") == valid(written(tmp_path / "alone", swarm=WHOLE))
 

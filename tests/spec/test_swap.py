@@ -60,7 +60,7 @@ KINDS = {
   b: {type: khepera3, host: pi-1}
 """,
         """  - {kind: serial, host: pi-1, robot: a, usb: {serial: A1}}
-  - {kind: serial, host: pi-1, robot: b, usb: {serial: B1}, baud: 57600}
+  - {kind: serial, host: pi-1, robot: b, usb: {serial: B1}, baud: 115200}
 """,
         {"usb", "baud"},
     ),

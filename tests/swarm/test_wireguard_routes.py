@@ -46,7 +46,7 @@ def test_in_one_network_nobody_relays(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "rule"),
     [
-        ([APART], "SEC006"),
+        ([APART], "NET001"),
         ([("security: sealed", "security: filtered")], "SEC006"),
         ([("security: sealed", "security: filtered")], "NET006"),
         ([("address: 10.42.0.12", "address: 10.43.0.12")], "SEC006"),

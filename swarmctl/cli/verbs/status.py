@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_format
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
@@ -96,7 +97,9 @@ def status(
     seen = look.status
     _show(seen, complete, json=json, details=details)
     if not json:
-        if not options.in_lab(lab, lab_name):
+        if options.in_lab(lab, lab_name):
+            _show_stand_ins(options.lab_named(seen.swarm, lab, lab_name))
+        else:
             kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
             forgotten_lab.guess("status", spec, seen.swarm, kinds, limit)
         _advise(seen, spec, where, in_lab=options.in_lab(lab, lab_name))
@@ -111,6 +114,16 @@ def _show(seen: Status, complete: Callable[[str], str], *, json: bool, details: 
         from swarmctl.views import status as view
 
         console.out().print(view.status(seen, details=details, width=console.columns(), complete=complete))
+
+
+def _show_stand_ins(lab: str) -> None:
+    """Prints which robots of a lab move without the driver that the spec names."""
+    from swarmctl.lab import lab as labs
+    from swarmctl.lab.errors import LabError
+
+    with suppress(LabError):  # it has just gone down
+        for line in labs.stand_ins(lab):
+            console.show(line)
 
 
 def _archived(archive: Path, *, json: bool, details: bool) -> Look:

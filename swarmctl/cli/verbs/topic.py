@@ -65,7 +65,7 @@ def list_(
         ):
             if isinstance(event, Finished | Skipped):
                 ran = outcomes[event.host] = host_commands.ran(event)
-                if error := error_of(ran, swarm.name, middleware):
+                if error := error_of(ran, swarm.name, middleware, lab=options.in_lab(lab, lab_name)):
                     failed[event.host] = error
     errors = {name: failed[hub] for hub, name in names.items() if hub in failed}
     found = {

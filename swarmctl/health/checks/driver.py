@@ -93,4 +93,5 @@ def launched(robot: ExpectedRobot, host: ExpectedHost, seen: LaunchedSeen | None
     """Checks the nodes of a robot's driver that is a launch file."""
     commands = (robot.takes,) if robot.command else ()
     found = launched_nodes.problem(LaunchedDriver(robot.unit, subscribes=commands), host, seen)
-    return found or ok(f"{', '.join(seen.started) if seen is not None else 'it'} runs")
+    started = () if seen is None else seen.started
+    return found or ok(f"{', '.join(started)} runs" if started else "its launch file runs")

@@ -133,7 +133,8 @@ def _troubled(name: str, host: str, seen: UnitSeen, journal: str) -> Verdict | N
     if _rejoins(seen):
         return warning("ended, and is started again: its master is another one now", journal)
     if seen.restarted or (seen.active == "activating" and seen.restarts) or seen.sub == "auto-restart":
-        what = f"crash loop: {times(seen.restarts)}" if seen.restarts else "ended and is started again"
+        loops = seen.restarts > 1  # one restart may be the last one
+        what = f"crash loop: {times(seen.restarts)}" if loops else "ended and is started again"
         return bad(f"{what}, last result {ending(seen)}{log_of(seen)}", journal)
     if seen.recent > MOST_RESTARTS:
         reset = f"once it is fixed: sudo systemctl reset-failed {name}"
