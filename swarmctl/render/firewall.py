@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from swarm_onboard.guard.config import OWN_NAME
 from swarm_onboard.ros2_probe import observe
 
 from swarmctl.render import shipped_files
@@ -19,7 +18,7 @@ from swarmctl.render.multimaster import provider_of
 from swarmctl.render.quoting import render
 from swarmctl.render.service_values import groups, robots_with_nodes, service_values
 from swarmctl.swarm import names
-from swarmctl.swarm.addresses import ip_of
+from swarmctl.swarm.addresses import OWN_NAME, ip_of
 from swarmctl.swarm.flow import Service
 from swarmctl.swarm.ports import DRAWN, PortRange
 from swarmctl.swarm.resolved import Host, Island, Swarm

@@ -8,6 +8,7 @@ from enum import Enum
 from functools import lru_cache
 
 Ip = ipaddress.IPv4Address | ipaddress.IPv6Address
+OWN_NAME = "127.0.1.1"  # that of a host's own name on Debian (Debian Reference, 5.1.1)
 Subnet = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 

@@ -54,7 +54,7 @@ def test_hosts_of_the_island_may_call(tmp_path: Path) -> None:
         K3: ["192.168.77.11", K3],
         EPUCK: ["192.168.77.12", EPUCK],
     }
-    assert (found["hub"], found["address"], found["others"]) == (LAPTOP, "192.168.77.10", {})
+    assert (found["hub"], found["places"], found["others"]) == (LAPTOP, ["192.168.77.10", "127.0.0.1"], {})
 
 
 def test_a_robot_belongs_to_its_host(tmp_path: Path) -> None:

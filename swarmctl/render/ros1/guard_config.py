@@ -9,8 +9,9 @@ from swarmctl.render import expected_nodes
 from swarmctl.render.bundle import File
 from swarmctl.render.yaml_params import params_file
 from swarmctl.swarm import names
+from swarmctl.swarm.addresses import OWN_NAME, ip_of
 from swarmctl.swarm.flow import Service
-from swarmctl.swarm.resolved import Island, Swarm
+from swarmctl.swarm.resolved import Host, Island, Swarm
 from swarmctl.swarm.topics import DIAGNOSTICS
 
 PATH = "guard/config.yaml"  # beside its program
@@ -23,6 +24,14 @@ _Owned = Iterator[tuple[str, Iterable[str]]]
 def file(swarm: Swarm, island: Island) -> File:
     """Returns the file that the guard of the master of ``island`` reads."""
     return File(PATH, params_file(parameters(swarm, island)), origin="security")
+
+
+def places(hub: Host) -> list[str]:
+    """Returns the addresses at which the guard listens: where nodes look for it, and on loopback."""
+    if ":" in hub.ros_address:
+        return list(dict.fromkeys((hub.ros_address, "::1")))
+    named = [] if ip_of(hub.advertised) else [OWN_NAME]
+    return list(dict.fromkeys((hub.ros_address, "127.0.0.1", *named)))
 
 
 def parameters(swarm: Swarm, island: Island) -> dict[str, Any]:
@@ -38,7 +47,7 @@ def parameters(swarm: Swarm, island: Island) -> dict[str, Any]:
     joined = (one for one in swarm.islands if one.name in swarm.received.get(island.name, {}))
     return {
         "hub": island.hub,
-        "address": hub.ros_address,
+        "places": places(hub),
         "port": island.master_port,
         "uri": swarm.master_uri(island),
         "use_sim_time": swarm.use_sim_time,

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from swarm_onboard.guard.config import places
-
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.quoting import render
@@ -61,7 +59,7 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> Part:
         use_sim_time=swarm.use_sim_time,
         runtime=names.runtime_folder(swarm.name, names.MASTER),
         guard=guard_config.PATH if island.filtered else "",
-        places=places(host.ros_address, swarm.master_uri(island)) if island.filtered else [],
+        places=guard_config.places(host) if island.filtered else [],
         user=host.user,
     )
     files = (

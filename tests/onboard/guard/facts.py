@@ -11,7 +11,7 @@ def parameters(port: int) -> dict[str, Any]:
     """The island of a laptop with the robots `k3` and `epuck`; `other` is the hub of another island."""
     return {
         "hub": "laptop",
-        "address": LAPTOP,
+        "places": [LAPTOP],
         "port": port,
         "uri": f"http://{LAPTOP}:{port}",
         "use_sim_time": False,

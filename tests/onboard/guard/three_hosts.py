@@ -37,7 +37,8 @@ class Hosts(RosHost):
         _ip("addr", "add", f"{real(LAPTOP)}/24", "dev", "bridge")
         _ip("link", "set", "bridge", "up")
         self._inside_of = {real(address): _host(real(address)) for address in (K3, EPUCK)}
-        super().__init__(image, json.loads(real(json.dumps(parameters(PORT)))), HERE / "nodes", "guard")
+        data = {**json.loads(real(json.dumps(parameters(PORT)))), "places": [real(LAPTOP), "127.0.0.1"]}
+        super().__init__(image, data, HERE / "nodes", "guard")
 
     def start_master(self) -> None:
         """Starts the master behind its guard, as the unit does."""

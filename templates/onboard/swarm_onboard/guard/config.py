@@ -1,7 +1,7 @@
 """The parameter file of the guard as frozen values. Written by swarmctl, readable by people.
 
 hub: koala-laptop                       # the host of the master; what it calls is not checked for owners
-address: 192.168.77.10                  # where the guard listens, and on the loopback interface
+places: [192.168.77.10, 127.0.0.1]      # where the guard listens
 port: 11311
 uri: http://192.168.77.10:11311         # of the guard, as nodes have it
 use_sim_time: false
@@ -26,9 +26,7 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from swarm_onboard.common.parameters import loaded
-from swarm_onboard.common.xmlrpc import place_of
 
-OWN_NAME = "127.0.1.1"  # that of a host's own name on Debian (Debian Reference, 5.1.1)
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
@@ -48,7 +46,7 @@ class Config:
     """All parameters of the guard. ``callers`` by IP address; ``named``: URIs that the hub may register."""
 
     hub: str
-    address: str
+    places: tuple[str, ...]
     port: int
     uri: str
     use_sim_time: bool
@@ -56,19 +54,6 @@ class Config:
     named: frozenset[str]
     names: Mapping[str, frozenset[str]]
     topics: Mapping[str, frozenset[str]]
-
-    @property
-    def places(self) -> list[str]:
-        """The addresses at which the guard listens."""
-        return places(self.address, self.uri)
-
-
-def places(address: str, uri: str) -> list[str]:
-    """Returns where the guard at ``address`` listens, whose URI is ``uri``: on the loopback interface too."""
-    if ":" in address:
-        return list(dict.fromkeys((address, "::1")))
-    named = place_of(uri)[0] != address
-    return list(dict.fromkeys((address, "127.0.0.1", *([OWN_NAME] if named else []))))
 
 
 def load(path: Path) -> Config:
@@ -86,7 +71,7 @@ def parse(data: Mapping[str, Any]) -> Config:
         callers.append(Caller(host, _lower(one["at"]), *crossing))
     return Config(
         hub=hub,
-        address=str(ipaddress.ip_address(data["address"])),
+        places=tuple(str(ipaddress.ip_address(one)) for one in data["places"]),
         port=int(data["port"]),
         uri=str(data["uri"]),
         use_sim_time=bool(data["use_sim_time"]),
