@@ -314,6 +314,7 @@ class Answer:
     listening: tuple[int, ...] = ()  # ports of the host on which a process listens
     listening_udp: tuple[int, ...] = ()
     seen: int | None = None  # nodes in the graph, where nodes find each other without a master
+    incomplete: bool = False  # something expected was not among them, and the graph still changed
     doubles: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # hosts, by name of several nodes
     unmatched: tuple[UnmatchedSeen, ...] = ()
     senders: Mapping[str, SenderSeen] = field(default_factory=dict)

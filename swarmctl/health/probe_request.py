@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarm_onboard.agent.probe_messages import GraphRequest, NodeRequest, ProbeRequest
+from swarm_onboard.agent.probe_messages import EndsRequest, GraphRequest, NodeRequest, ProbeRequest
 
 from swarmctl.health.checks.connection import inputs_of, nodes_of, peers_of
 from swarmctl.health.checks.link import neighbours
@@ -27,6 +27,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
     a gate stands, also those of every other topic on which a driver might take commands.
     """
     island = [one for one in graph.hosts if one.hub == host.name] if host.is_hub else []
+    unmastered = [] if host.master_uri else island or [host]
     gated = any(robot.gate is not None for one in island for robot in one.robots)
     robots: list[NodeRequest] = [
         {"name": robot.node, "topics": _topics_of(robot, window), "parameters": {**robot.parameters}}
@@ -56,6 +57,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
         "publishers": publishers_of(graph, host) if island else {},
         "homes": {node: one.advertised for one in island for node in nodes_of(one)},
         "peers": list(peers_of(graph, host)),
+        "expected": {name: ends for one in unmastered for name, ends in _expected(one)},
         "inputs": list(dict.fromkeys(topic for one in inputs_of(graph, host) for topic in one.topics)),
         "devices": [robot.device for robot in host.robots if robot.device],
         "launched": {
@@ -100,6 +102,26 @@ def _command_topics(robot: ExpectedRobot) -> Iterator[str]:
         yield robot.command
     if robot.gate is not None:
         yield robot.gate.output
+
+
+def _expected(host: ExpectedHost) -> Iterator[tuple[str, EndsRequest]]:
+    """Yields what the graph has for certain of ``host``, by node or unit; not what may be left out.
+
+    Many programs subscribe only while somebody receives their own output.
+    """
+    for robot in host.robots:
+        if robot.optional:
+            continue
+        takes = [robot.takes[0]] if robot.command else []
+        yield robot.node or robot.unit, {"publishes": [one.name for one in robot.topics], "subscribes": takes}
+        if robot.gate is not None:
+            yield robot.gate.node, {"publishes": [robot.gate.output], "subscribes": [robot.command]}
+    for program in host.programs:
+        if not program.optional and not program.oneshot:
+            yield (
+                program.node or program.unit,
+                {"publishes": [name for name, _ in program.publishes], "subscribes": []},
+            )
 
 
 def _multimaster_nodes(host: ExpectedHost, window: float) -> list[NodeRequest]:

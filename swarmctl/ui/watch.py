@@ -30,6 +30,7 @@ PERIOD = 0.2  # s between two messages on how robots move
 _PAUSE = 15.0  # s between two looks at a host, if nothing is new
 _AGAIN = 1.0  # s until a host that failed is connected to again
 _OVERDUE = 5.0  # s that a host takes for a look beside listening, at most, before it counts as silent
+_DISCOVERY = 25.0  # s more where nodes find each other without a master
 _SILENT = 4.0  # s without a message on motion, of which five should have come a second
 _PATIENCE = 50.0  # s for one look at most
 _LINES = 200  # of a log
@@ -185,6 +186,7 @@ class _Watched:
         self.name, self.target, self.robots, self.probe = host.name, target, host.robots, host.probe
         self.request = request(graph, host, WINDOW)
         self.longest = _listening(self.request) + _PAUSE + _OVERDUE
+        self.longest += _DISCOVERY if self.request["expected"] else 0.0
         self.telemetry: TelemetryRequest = {
             "verb": "telemetry",
             "swarm": graph.swarm,

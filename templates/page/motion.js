@@ -36,11 +36,11 @@ function troubleOf(id) {
   return robot?.trouble || (robot?.missing ? "its device is missing" : "");
 }
 
-/** True if what is wrong with a robot is not in the last look, which has `state`. */
+/** True if what is wrong with a robot came after the last look, which has `state`: else the look decides. */
 function isNewTrouble(id, state) {
   if (!troubleOf(id)) return false;
   const looked = look.came - 1000 * look.age;
-  return state === "ok" || (state === "warning" && robots.get(id.replace("robot:", "")).since > looked);
+  return ["ok", "warning"].includes(state) && robots.get(id.replace("robot:", "")).since > looked;
 }
 
 /** The troubles that no look has shown yet. */

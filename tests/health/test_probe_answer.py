@@ -123,6 +123,7 @@ def test_a_host_is_probed_for_its_own_part() -> None:
         "publishers": {},
         "homes": {},
         "peers": [],
+        "expected": {},
         "inputs": ["/k3/cmd_vel"],
         "devices": ["/dev/swarm/k3"],
         "launched": {},

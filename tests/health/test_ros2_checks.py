@@ -15,6 +15,7 @@ from swarmctl.health.observations import (
     Answer,
     NodeSeen,
     PeerSeen,
+    Report,
     SenderSeen,
     TopicSeen,
     UnitSeen,
@@ -40,13 +41,24 @@ links:
   - {kind: serial, host: alpha, robot: koala, usb: {serial: KOALA1}}
   - {kind: serial, host: beta, robot: k3, usb: {serial: FTDI1234}}
 """
+#: With a gate in front of the driver of k3.
+GATED = SPEC.replace("khepera3", "cart").replace(
+    "  - {kind: serial, host: beta, robot: k3, usb: {serial: FTDI1234}}\n",
+    """\
+types:
+  cart:
+    title: Cart of a vendor
+    driver: {package: cart_driver, executable: cart_node, publishes: [{topic: odom, type: nav_msgs/Odometry}]}
+    kinematics: {kind: differential, linear_max: 0.5, angular_max: 2.0, wheel_separation: 0.3}
+""",
+)
 SERVER = "swarm-tiny.discovery.service"
 RUNS = UnitSeen("loaded", "active", "running", "success", "", 42, 0)
 TWIST, ODOMETRY = "geometry_msgs/msg/Twist", "nav_msgs/msg/Odometry"
 
 
-def graph_of(folder: Path, method: str = "server") -> ExpectedGraph:
-    (folder / "swarm.yaml").write_text(SPEC.replace("METHOD", method))
+def graph_of(folder: Path, method: str = "server", spec: str = SPEC) -> ExpectedGraph:
+    (folder / "swarm.yaml").write_text(spec.replace("METHOD", method))
     swarm, found = load_swarm(folder / "swarm.yaml")
     assert swarm is not None, found
     made = bundles(swarm)
@@ -204,6 +216,37 @@ def test_a_fault_is_found(
     diagnosis = spoilt(graph, changes)
     assert wrong(diagnosis) == found
     assert any(message in f"{one.message} {one.hint}" for one in diagnosis.findings)
+
+
+def test_what_an_incomplete_look_has_not_seen_is_no_fault(graph: ExpectedGraph) -> None:
+    unseen = NodeSeen(registered=None, alive=None, error="the graph still changed")
+    beta = {"nodes": {"/k3/driver": unseen}, "incomplete": True}
+    found = wrong(spoilt(graph, {"alpha": {"peers": {}, "incomplete": True}, "beta": beta}))
+    cause = "discovery alpha"
+    assert found.pop(cause) == ("unknown", None)
+    assert found == dict.fromkeys(("discovery beta", "driver k3"), ("unknown", cause))
+
+
+def test_a_hub_that_misses_a_receiver_which_the_gate_sees_is_no_fault(tmp_path: Path) -> None:
+    graph = graph_of(tmp_path, spec=GATED)
+    robot = next(robot for robot in graph.robots if robot.gate is not None)
+    assert robot.gate is not None
+    gate = NodeSeen(True, True, subscribes={robot.command: TWIST}, publishes={robot.gate.output: TWIST})
+    hub = {"commanders": {robot.gate.output: (robot.gate.node,)}, "receivers": {robot.gate.output: ()}}
+    for level, state in ((0, State.UNKNOWN), (1, State.BAD)):
+        nodes = {robot.gate.node: replace(gate, report=Report(level, "driving"))}
+        seen = spoilt(graph, {"alpha": hub, "beta": {"nodes": nodes}})
+        assert next(one.state for one in seen.findings if one.check == "wiring") is state
+
+
+def test_what_is_certain_is_waited_for(graph: ExpectedGraph) -> None:
+    hub, other = (request(graph, host, 2.0)["expected"] for host in graph.hosts)
+    k3 = next(robot for robot in graph.robots if robot.name == "k3")
+    assert other == {k3.node: {"publishes": [one.name for one in k3.topics], "subscribes": ["/k3/cmd_vel"]}}
+    assert hub.keys() == {"/koala/driver", "/k3/driver"}
+    assert hub["/k3/driver"] == other["/k3/driver"]
+    optional = replace(graph.hosts[1], robots=(replace(k3, optional=True),))
+    assert request(graph, optional, 2.0)["expected"] == {}
 
 
 @pytest.mark.parametrize(("host", "found"), [("10.0.0.1", "warning"), ("10.0.0.2", "ok"), ("", "ok")])

@@ -169,6 +169,16 @@ def test_what_a_robot_reports_shows_before_the_next_look(shown: tuple[Page, Page
     expect(page.locator("#state")).to_have_text("healthy")
 
 
+def test_a_look_that_finds_nothing_decides(shown: tuple[Page, Pages]) -> None:
+    page, pages = shown
+    pages.send("status", well())
+    pages.send("telemetry", {"robots": {"k3": report(trouble="no odometry")}, "missing": []})
+    expect(node(page, "robot:k3")).to_have_attribute("data-state", "bad")
+    pages.send("status", well())
+    expect(node(page, "robot:k3")).to_have_attribute("data-state", "ok")
+    expect(page.locator("#state")).to_have_text("healthy")
+
+
 def test_a_warning_gives_way_to_a_new_trouble_until_a_look(shown: tuple[Page, Pages]) -> None:
     page, pages = shown
     warned = well()

@@ -10,13 +10,14 @@ from swarmctl.health.checks.connection import nodes_of
 from swarmctl.health.expected_graph import ExpectedHost
 from swarmctl.health.observations import Answer
 from swarmctl.health.root_cause import Findings
-from swarmctl.health.verdict import Verdict, bad, listed, ok
+from swarmctl.health.verdict import Verdict, bad, listed, ok, unknown
 
 CHECK = "discovery"
 TABLE = {
     CHECK: (
         ("no process has the port of a discovery server, or of a Zenoh router", "unhealthy"),
         ("a host sees no node at all, though its own run", "unhealthy"),
+        ("a host misses what is expected while the graph still changes, after 20 s", "unknown"),
         (
             "the hub does not see a node of another host that this host itself sees",
             "unhealthy: nothing passes between the two",
@@ -71,7 +72,12 @@ def _verdict(host: ExpectedHost, answer: Answer) -> Verdict:
                 f"; after a restart of a server, on {host.name}: sudo systemctl restart {' '.join(running)}"
             )
         return bad(f"it sees no node in the graph, though {many}", hint)
-    return ok(f"sees {answer.seen} node{'' if answer.seen == 1 else 's'}")
+    seen = f"sees {answer.seen} node{'' if answer.seen == 1 else 's'}"
+    return (
+        unknown(f"{seen}, and not yet all that are expected: more still appear")
+        if answer.incomplete
+        else ok(seen)
+    )
 
 
 def _units(host: ExpectedHost) -> Iterator[str]:
@@ -83,7 +89,7 @@ def _units(host: ExpectedHost) -> Iterator[str]:
 def _missing(context: CheckContext, hub: Answer, home: ExpectedHost) -> Iterator[str]:
     """The nodes that ``home`` sees on itself and its hub does not see."""
     answer = context.answers.get(home.name)
-    if answer is None or home.is_hub:
+    if answer is None or home.is_hub or hub.incomplete:
         return
     for node in nodes_of(home):
         if node in answer.nodes and answer.nodes[node].registered and node not in hub.peers:

@@ -43,8 +43,10 @@ def compare(found: Findings, context: CheckContext) -> None:
             others = _other_inputs(robot, gate, hub, answer)
             # A driver that takes its commands elsewhere is no symptom: it is what is wrong.
             driver = [] if others else [unit.key(host.name, robot.unit), f"driver {robot.name}"]
-            wiring = _bypassed(robot, gate, hub, others)
-            found.add("wiring", robot.name, wiring, robot=robot, after=[f"gate {robot.name}", *driver])
+            wiring = _bypassed(robot, gate, hub, answer, others)
+            unseen = [f"discovery {one}" for one in (host.hub, f"{host.hub} to {host.name}")]
+            after = [f"gate {robot.name}", *driver, *unseen]
+            found.add("wiring", robot.name, wiring, robot=robot, after=after)
 
 
 def _runs(
@@ -78,7 +80,11 @@ def _runs(
 
 
 def _bypassed(
-    robot: ExpectedRobot, gate: ExpectedGate, hub: Answer, others: Mapping[str, Sequence[str]]
+    robot: ExpectedRobot,
+    gate: ExpectedGate,
+    hub: Answer,
+    answer: Answer,
+    others: Mapping[str, Sequence[str]],
 ) -> Verdict:
     """Checks at the master that every command passes through the gate, and that somebody receives it.
 
@@ -103,6 +109,8 @@ def _bypassed(
         if (verdict := _used(robot, hub, topic, nodes)) is not None:
             return verdict
     if not hub.receivers.get(gate.output, ()):
+        if hub.incomplete or (hub.seen is not None and not others and _sees_receivers(gate, answer)):
+            return unknown(f"who subscribes to {gate.output} was not seen yet")
         return _unheard(robot, gate, others)
     if silent:
         text = f"{listed(silent)} on {gate.output}: listed by the master, but not answering"
@@ -153,6 +161,12 @@ def _unheard(robot: ExpectedRobot, gate: ExpectedGate, others: Mapping[str, Sequ
         return bad(text, f"write `command: {name}` in the driver of {robot.name}, so that it is remapped")
     hint = f"check `command` of the driver: it names the topic that {robot.node or 'it'} takes commands from"
     return bad(f"no node subscribes to {gate.output}: {_LOST}", hint)
+
+
+def _sees_receivers(gate: ExpectedGate, answer: Answer) -> bool:
+    """Returns True if the gate itself reports no fault: one without a subscriber of its output does."""
+    seen = answer.nodes.get(gate.node)
+    return seen is not None and seen.report is not None and seen.report.level == 0
 
 
 def _publishes(hub: Answer, node: str, topic: str) -> bool:

@@ -70,6 +70,19 @@ def test_a_robot_that_drives_on_despite_zeros_is_moving(vendor: Vendor, motion: 
     assert found["trouble"].startswith("it moves by its odometry, which has ")
 
 
+def test_a_robot_that_drives_as_commanded_or_brakes_has_no_trouble(vendor: Vendor) -> None:
+    vendor.ask(None)
+    vendor.drives(2.0, 0.2)
+    found = vendor.ask(None)
+    assert (found["measured"], found["driven"], found.get("trouble")) == (True, [0.2, 0.0], None)
+    zero = vendor.now
+    vendor.drives(0.5, 0.1)
+    found = vendor.ask(zero)
+    assert (found["pending"], found.get("trouble")) == (True, None)
+    vendor.drives(1.0, 0.1)
+    assert vendor.ask(zero)["trouble"].startswith("it moves by its odometry")
+
+
 def test_a_robot_that_turns_its_wheels_again_stands_no_more(vendor: Vendor) -> None:
     vendor.ask(100.0)
     vendor.drives(1.0, 0.0)

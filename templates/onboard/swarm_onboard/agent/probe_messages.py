@@ -27,6 +27,13 @@ class GraphRequest(TypedDict):
     own: list[str]
 
 
+class EndsRequest(TypedDict):
+    """The topics that a node, or some node of a unit, publishes and subscribes to."""
+
+    publishes: list[str]
+    subscribes: list[str]
+
+
 class ImageRequest(TypedDict):
     """The image of a container, by its digest, and what runs it."""
 
@@ -51,15 +58,16 @@ class ProbeRequest(TypedDict):
     ``module``: its ``observe(request, answer)`` fills in the ``GraphAnswer``, its ``observe_logs(answer)``
     the conflicts, after the last states of the units; ``master``: its URI, empty without one; ``commands``:
     topics whose publishers and subscribers are looked up, with those of all topics that have one of
-    ``command_types``; ``publishers``: by topic, the nodes that should publish it; ``homes``: by node of
-    the island, the address at which it should be, empty but on the hub; ``peers``: nodes on other
-    hosts to which the master here connects; ``inputs``: topics to whose publishers nodes of
-    this one connect; ``graph``: null on one island; ``launched``: units whose nodes are to be
-    found, each with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs
-    of this host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by
-    unit; ``checks``: modules of swarm_onboard.host_checks; ``clock``: s to listen to the clock of simulated
-    time, 0 where time is not simulated, null where the host runs no master; ``pings``: addresses of other
-    hosts, with the s for which they are pinged.
+    ``command_types``; ``publishers``: by topic, the nodes that should publish it; ``homes``: by node of the
+    island, the address at which it should be, empty but on the hub; ``peers``: nodes on other hosts to which
+    the master here connects; ``expected``: by node, or by unit whose nodes have no known names, what is
+    waited for where nodes find each other without a master; ``inputs``: topics to whose publishers nodes of
+    this one connect; ``graph``: null on one island; ``launched``: units whose nodes are to be found, each
+    with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs of this
+    host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by unit;
+    ``checks``: modules of swarm_onboard.host_checks; ``clock``: s to listen to the clock of simulated time, 0
+    where time is not simulated, null where the host runs no master; ``pings``: addresses of other hosts, with
+    the s for which they are pinged.
     """
 
     verb: Literal["probe"]
@@ -74,6 +82,7 @@ class ProbeRequest(TypedDict):
     publishers: dict[str, list[str]]
     homes: dict[str, str]
     peers: list[str]
+    expected: dict[str, EndsRequest]
     inputs: list[str]
     devices: list[str]
     launched: dict[str, dict[str, float]]
@@ -258,7 +267,8 @@ class GraphAnswer(TypedDict, total=False):
 
     ``others``: nodes that publish a topic and should not; ``listening`` and ``listening_udp``: the ports of
     this host with a process; ``launched``: by unit; ``conflicts``: by unit and node. Where nodes find each
-    other: ``seen``, how many this host sees; ``doubles``: by name that several nodes have at once, the host
+    other: ``seen``, how many this host sees; ``incomplete``: something expected was not among them, and the
+    graph still changed; ``doubles``: by name that several nodes have at once, the host
     of each, empty if unknown; ``unmatched``.
     ``troubles``: the reasons, by part: ``ros``, ``commanders``, ``graph``, ``peers``, ``launched``,
     ``conflicts``, ``simulated time``.
@@ -273,6 +283,7 @@ class GraphAnswer(TypedDict, total=False):
     listening: list[int]
     listening_udp: list[int]
     seen: int
+    incomplete: bool
     doubles: dict[str, list[str]]
     unmatched: list[UnmatchedAnswer]
     unconnected: list[UnconnectedAnswer]

@@ -14,6 +14,7 @@ _WAY = SLOWEST * SHOWN_FOR  # m, and rad, that the pose may differ within them
 _WANTED_FOR = 5.0  # s after the latest question
 _FIRST_WITHIN = 1.5  # s for the first reading to arrive
 _RECENT = 1.0  # s
+_BRAKES_FOR = 1.0  # s after the zero in which a robot may still move
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,9 @@ class OdometryWatch:
         begun = max(seen.first.arrived, zero_since) if zero_since is not None else math.inf
         if seen.latest.arrived - begun >= SHOWN_FOR:
             return {**found, "still_since": seen.first.arrived}
-        if not seen.moves:
+        if zero_since is None:  # it moves as it is commanded
+            return found
+        if not seen.moves or now - zero_since < _BRAKES_FOR:
             return {**found, "pending": True}
         speeds = f"{seen.latest.speed:.2f} m/s, {seen.latest.turn:.2f} rad/s"
         return {**found, "trouble": f"it moves by its odometry, which has {speeds}"}

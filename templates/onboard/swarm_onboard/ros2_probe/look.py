@@ -11,7 +11,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from swarm_onboard.agent.clip import clipped
-from swarm_onboard.ros2_probe.endpoints import HIDDEN, Endpoint, Graph, fill_in, full_name, settled
+from swarm_onboard.ros2_probe import discovery
+from swarm_onboard.ros2_probe.discovery import Discovery
+from swarm_onboard.ros2_probe.endpoints import HIDDEN, Endpoint, Graph, fill_in, full_name
 from swarm_onboard.ros2_probe.listening import Listening
 
 if TYPE_CHECKING:
@@ -19,9 +21,6 @@ if TYPE_CHECKING:
 
 NAME = f"{HIDDEN}swarm_status_"
 LARGEST = 8 << 20  # bytes of what it prints
-_SETTLES = 10.0  # s; discovery takes 3.1 s where announcements are lost, and longer over bad Wi-Fi
-_AT_LEAST = 2.0  # s, for nodes that nobody waits for
-_QUIET = 4.0  # s without a new node after which no other one is waited for: a host leaves out optional ones
 _LONGEST_LISTENING = 15.0  # s for one topic
 _LATE = 2.0  # s until a new subscription receives, and of work after the listening
 _TURN = 0.05  # s of receiving between two looks at the clock
@@ -34,7 +33,7 @@ def longest(request: ProbeRequest) -> float:
     """For how long the node looks at most, s."""
     topics = (*(one["topics"] for one in request["nodes"]), *request["launched"].values())
     listening = (seconds for one in topics for seconds in one.values())
-    return _SETTLES + min(max(listening, default=0.0), _LONGEST_LISTENING) + _LATE
+    return discovery.LONGEST + min(max(listening, default=0.0), _LONGEST_LISTENING) + _LATE
 
 
 def main() -> None:
@@ -55,7 +54,7 @@ def _seen(request: ProbeRequest) -> GraphAnswer:
     resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST, LARGEST))
     rclpy, executors = import_module("rclpy"), import_module("rclpy.executors")  # the agent has none
     rclpy.init(args=list(_QUIETLY))
-    node = rclpy.create_node(f"{NAME}{os.getpid()}", start_parameter_services=False, enable_rosout=False)
+    node = rclpy.create_node(_own_name(), start_parameter_services=False, enable_rosout=False)
     executor = executors.SingleThreadedExecutor()
     executor.add_node(node)
     try:
@@ -65,15 +64,20 @@ def _seen(request: ProbeRequest) -> GraphAnswer:
         rclpy.shutdown()
 
 
+def _own_name() -> str:
+    """A name that no probe of another host has: those that booted alike look at once, under the same PID."""
+    return f"{NAME}{os.urandom(8).hex()}"
+
+
 def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
-    """Waits until the expected nodes are seen and measured, or time is up. ``turn`` receives for a moment."""
+    """Waits until the whole graph is seen and measured, or time is up. ``turn`` receives for a moment."""
     answer: GraphAnswer = {}
     from swarm_onboard.ros2.senders import subscribe_with_sender  # noqa: PLC0415  the agent has no rclpy
 
     listening = Listening(request, node, _LONGEST_LISTENING, subscribe_with_sender)
     began = time.monotonic()
     end = began + longest(request)
-    looked, whole, changed, known = 0.0, False, began, 0
+    looked, discovered, graph = 0.0, Discovery(request, began), graph_of(node)
     while time.monotonic() < end:
         turn()
         now = time.monotonic()
@@ -82,13 +86,12 @@ def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
             continue
         looked, graph = now, graph_of(node)
         listening.begin(graph, now)
-        if len(graph.nodes) != known:
-            known, changed = len(graph.nodes), now
-        whole = whole or settled(graph, request) or now > min(changed + _QUIET, began + _SETTLES)
-        if whole and not listening.running and now > began + _AT_LEAST:
+        discovered.look(graph, now)
+        if discovered.finished and not listening.running:
             break
     listening.end(time.monotonic(), all_=True)
-    fill_in(answer, graph_of(node), request)
+    fill_in(answer, graph, request)
+    discovered.fill_in(answer)
     listening.fill_in(answer)
     return answer
 

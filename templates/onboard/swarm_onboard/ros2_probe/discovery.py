@@ -1,0 +1,75 @@
+"""Whether a node that has just joined the graph has seen all of it. Knows no rclpy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Iterator
+
+from swarm_onboard.ros2_probe.endpoints import Graph, settled
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import GraphAnswer, ProbeRequest
+
+LONGEST = 20.0  # s
+_AT_LEAST = 2.0  # s, for nodes that nobody waits for
+_BOUND = 10.0  # s after which what is missing is a fault; lost announcements are repeated every 3 s
+_QUIET = 4.0  # s without a change after which nothing else is about to appear
+_NOT_YET = "not all of it was seen, and the graph still changed when the look at it ended"
+
+
+class Discovery:
+    """Compares successive looks at the graph, of which the first begins at ``began``, s.
+
+    ``finished``: no other look is needed; ``incomplete``: something expected is missing and may still appear.
+    """
+
+    def __init__(self, request: ProbeRequest, began: float) -> None:
+        self._request, self._began, self._changed = request, began, began
+        self._contents: object = None
+        self._missing: set[str] = set()
+        self.finished = self.incomplete = False
+
+    def look(self, graph: Graph, now: float) -> None:
+        """Takes the next look."""
+        before, self._contents = self._contents, _contents(graph)
+        agrees = before == self._contents
+        if not agrees:
+            self._changed = now
+        age, quiet = now - self._began, now - self._changed >= _QUIET
+        self._missing = set(_missing(graph, self._request))
+        self.incomplete = bool(self._missing) and not quiet
+        # A host leaves out optional nodes: these are waited for only while others appear.
+        whole = agrees and not self._missing and (quiet or settled(graph, self._request))
+        self.finished = age >= (_AT_LEAST if whole else LONGEST if self.incomplete else _BOUND)
+
+    def fill_in(self, answer: GraphAnswer) -> None:
+        """Makes unknown in ``answer`` what an incomplete look has not seen."""
+        answer["incomplete"] = self.incomplete
+        missing = self._missing if self.incomplete else ()
+        for name, node in answer["nodes"].items():
+            if name in missing:
+                node["registered"] = node["alive"] = None
+                node["error"] = _NOT_YET
+        for unit, launched in answer["launched"].items():
+            if unit in missing:
+                launched["error"] = _NOT_YET
+
+
+def _contents(graph: Graph) -> object:
+    ends = (*graph.publishers, *graph.subscriptions)
+    return sorted(graph.nodes), {(one.node, one.topic, one.gid) for one in ends}
+
+
+def _missing(graph: Graph, request: ProbeRequest) -> Iterator[str]:
+    """Yields the expected nodes, and units of nodes, that the graph lacks or has without a topic."""
+    nodes = set(graph.nodes)
+    named = {*(one["name"] for one in request["nodes"]), *request["peers"]}
+    publishing, subscribing = (
+        {(one.node if one.node in named else "", one.topic) for one in ends if one.node in nodes}
+        for ends in (graph.publishers, graph.subscriptions)
+    )
+    for one, wanted in request["expected"].items():
+        node = one if one.startswith("/") else ""
+        ends = {(node, topic) for topic in wanted["publishes"]} - publishing
+        ends |= {(node, topic) for topic in wanted["subscribes"]} - subscribing
+        if ends or (node and node not in nodes):
+            yield one
