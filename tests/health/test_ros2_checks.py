@@ -227,6 +227,12 @@ def test_what_an_incomplete_look_has_not_seen_is_no_fault(graph: ExpectedGraph) 
     assert found == dict.fromkeys(("discovery beta", "driver k3"), ("unknown", cause))
 
 
+def test_what_an_incomplete_hub_misses_of_a_host_is_no_fault(graph: ExpectedGraph) -> None:
+    """The host itself sees its driver."""
+    found = wrong(spoilt(graph, {"alpha": {"peers": {}, "incomplete": True}}))
+    assert {state for state, _ in found.values()} == {"unknown"}
+
+
 def test_a_hub_that_misses_a_receiver_which_the_gate_sees_is_no_fault(tmp_path: Path) -> None:
     graph = graph_of(tmp_path, spec=GATED)
     robot = next(robot for robot in graph.robots if robot.gate is not None)

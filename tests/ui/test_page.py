@@ -175,6 +175,10 @@ def test_a_look_that_finds_nothing_decides(shown: tuple[Page, Pages]) -> None:
     pages.send("telemetry", {"robots": {"k3": report(trouble="no odometry")}, "missing": []})
     expect(node(page, "robot:k3")).to_have_attribute("data-state", "bad")
     pages.send("status", well())
+    # The robot goes on to report it.
+    pages.send("telemetry", {"robots": {"k3": report(trouble="no odometry", battery=0.5)}, "missing": []})
+    node(page, "robot:k3").click()
+    expect(page.locator("#details")).to_contain_text("battery 50 %")
     expect(node(page, "robot:k3")).to_have_attribute("data-state", "ok")
     expect(page.locator("#state")).to_have_text("healthy")
 
