@@ -9,6 +9,8 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 
 import pytest
@@ -20,16 +22,18 @@ from tests.timing import PATIENCE, wait_for
 
 PROGRAM = resources.templates() / "os/wait-for-address"
 HOUR = 3600.0  # s, beyond all patience
-FOREIGN = 5001
+FOREIGN = 100_000 + os.getpid()  # that of no other test: all its processes may be ended
+NEEDS_ROOT = pytest.mark.skipif(os.geteuid() != 0, reason="needs root")
+HELD = ("--owner", "nobody", "--hold", "127.0.0.1")
 
 
-def argv(address: str, port: int, within: float, *hold: str) -> list[str]:
+def argv(address: str, port: int | str, within: float, *more: str) -> list[str]:
     options = ["--port", str(port), "--unit", "swarm-test.master.service", "--within", str(within)]
-    return [sys.executable, str(PROGRAM), address, *options, *(["--hold", *hold] if hold else [])]
+    return [sys.executable, str(PROGRAM), address, *options, *more]
 
 
-def wait(address: str, port: int, within: float = 0.1, *hold: str) -> tuple[int, str]:
-    command = argv(address, port, within, *hold)
+def wait(address: str, port: int | str, within: float = 0.1, *more: str) -> tuple[int, str]:
+    command = argv(address, port, within, *more)
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     return done.returncode, done.stderr.strip()
 
@@ -67,7 +71,7 @@ def test_who_has_the_port_is_named_before_the_time_is_up() -> None:
         code, text = wait("127.0.0.1", port)
     assert code == 1
     assert text.startswith(f"port {port} is in use by {me}")
-    assert text.endswith(": this ROS master starts when it is free")
+    assert text.endswith(": swarm-test.master.service starts when it is free")
 
 
 def test_a_first_start_fails_soon(restarts: Path) -> None:
@@ -141,7 +145,12 @@ while True:
     else:
         while True:
             try:
-                one = socket.create_server((sys.argv[1], int(sys.argv[2])))
+                place = sys.argv[2], int(sys.argv[3])
+                if sys.argv[1] == "tcp":
+                    one = socket.create_server(place)
+                else:
+                    one = socket.socket(type=socket.SOCK_DGRAM)
+                    one.bind(place)
             except OSError:
                 continue
             print("taken", flush=True)
@@ -150,9 +159,11 @@ while True:
 
 
 @contextmanager
-def taking(port: int, account: int, address: str = "") -> Iterator[subprocess.Popen[str]]:
+def taking(
+    port: int, account: int, address: str = "", *, protocol: str = "tcp"
+) -> Iterator[subprocess.Popen[str]]:
     before = ["setpriv", f"--reuid={account}", f"--regid={account}", "--clear-groups"]
-    argv = [*before, sys.executable, "-c", TAKES, address, str(port)]
+    argv = [*before, sys.executable, "-c", TAKES, protocol, address, str(port)]
     with child_process(argv, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "taken\n"
@@ -160,7 +171,10 @@ def taking(port: int, account: int, address: str = "") -> Iterator[subprocess.Po
 
 
 def test_systemd_gets_a_socket_that_listens_at_each_place(kept: Kept, port: int) -> None:
-    assert wait("127.0.0.1", port, HOUR, "root", "127.0.0.1", "127.0.1.1", "::1") == (0, "")
+    assert wait("127.0.0.1", port, HOUR, "--owner", "root", "--hold", "127.0.0.1", "127.0.1.1", "::1") == (
+        0,
+        "",
+    )
     sockets = kept.all()
     assert sorted(sockets) == [f"..1-{port}", f"127.0.0.1-{port}", f"127.0.1.1-{port}"]
     for one in sockets.values():
@@ -168,28 +182,48 @@ def test_systemd_gets_a_socket_that_listens_at_each_place(kept: Kept, port: int)
             pass
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="needs root")
-def test_an_account_that_takes_the_port_again_and_again_is_ended(kept: Kept, port: int) -> None:
-    with taking(port, FOREIGN) as process:
-        code, text = wait("127.0.0.1", port, PATIENCE, "nobody", "127.0.0.1")
+@NEEDS_ROOT
+def test_an_account_that_takes_the_port_again_and_again_does_not_keep_it(kept: Kept, port: int) -> None:
+    with taking(port, FOREIGN):
+        code, text = wait("127.0.0.1", port, PATIENCE, *HELD)
         assert code == 0, text
         assert list(kept.all()) == [f"127.0.0.1-{port}"]
-        assert f"port {port}, the ROS master's, was taken by account {FOREIGN}: ends process" in text
-        assert f"account {FOREIGN}: ends all processes" in text
+        assert f"port {port} was taken by account {FOREIGN}: ends process" in text
+
+
+@NEEDS_ROOT
+def test_all_processes_of_an_account_that_took_the_port_before_are_ended(port: int) -> None:
+    loader = SourceFileLoader("wait_for_address", str(PROGRAM))
+    program = module_from_spec(spec_from_loader(loader.name, loader))  # type: ignore[arg-type]
+    loader.exec_module(program)
+    with taking(port, FOREIGN) as process:
+        [holder] = program.holders(port)
+        assert int(holder) != process.pid
+        program.end_foreign(holder, port, set(), {FOREIGN})
         assert process.wait(PATIENCE) == -signal.SIGKILL
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="needs root")
+@NEEDS_ROOT
+@pytest.mark.parametrize("protocol", ["tcp", "udp"])
+def test_a_unit_that_listens_itself_finds_the_port_free(protocol: str, port: int) -> None:
+    argument = port if protocol == "tcp" else f"udp:{port}"
+    with taking(port, FOREIGN, protocol=protocol):
+        assert wait("127.0.0.1", argument, 0.1)[0] == 1
+        code, text = wait("127.0.0.1", argument, PATIENCE, "--owner", "nobody")
+        assert (code, "ends process" in text) == (0, True), text
+
+
+@NEEDS_ROOT
 @pytest.mark.parametrize("account", [0, 65534, 61184], ids=["root", "the host's account", "a unit's"])
 def test_who_may_have_it_is_named_and_goes_on(account: int, kept: Kept, port: int) -> None:
     with taking(port, account) as process:
-        code, text = wait("127.0.0.1", port, 0.1, "nobody", "127.0.0.1")
+        code, text = wait("127.0.0.1", port, 0.1, *HELD)
         assert (code, process.poll(), kept.all()) == (1, None, {})
         assert f"port {port} is in use by process" in text
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="needs root")
+@NEEDS_ROOT
 def test_who_listens_elsewhere_at_that_port_goes_on(kept: Kept, port: int) -> None:
     with taking(port, FOREIGN, "127.9.9.9") as process:
-        assert wait("127.0.0.1", port, HOUR, "nobody", "127.0.0.1") == (0, "")
+        assert wait("127.0.0.1", port, HOUR, *HELD) == (0, "")
         assert process.poll() is None

@@ -16,8 +16,9 @@ from swarmctl.swarm.resolved import Host, Island, Swarm, SwarmctlDriver
 
 _DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
 ENVIRONMENT = "env/ros.env"
+WAIT = "bin/wait-for-address"
 _MASTER_HELPERS = {
-    "bin/wait-for-address": "os/wait-for-address",
+    WAIT: "os/wait-for-address",
     "bin/wait-for-master": "ros1/wait-for-master",
 }
 RESTART_DELAY = "bin/restart-delay"

@@ -73,9 +73,12 @@ def setup_script(swarm: Swarm, host: Host, island: Island) -> File:
 def server_unit(swarm: Swarm, host: Host, island: Island) -> Part:
     """Returns the unit of the discovery server, or of the Zenoh router, of ``host``."""
     name = names.unit(swarm.name, names.DISCOVERY)
+    is_router = island.discovery.method == "zenoh"
     text = render(
         "ros2/discovery.service",
         **unit_values(swarm, host, island),
+        port=graph_environment.ROUTER_PORT if is_router else f"udp:{graph_environment.SERVER_PORT}",
+        owner=host.user if island.filtered else "",
         island=island.name,
         command=_server(swarm, host, island),
         runtime=names.runtime_folder(swarm.name, names.DISCOVERY),

@@ -76,7 +76,7 @@ class Fkie:
         files = (release.ros_client(), *_files(swarm, island))
         needed = {package(node.package): ("multimaster",) for node in _nodes(swarm, island)}
         yield Part(files, requires=needed)
-        yield _unit(swarm, host, files)
+        yield _unit(swarm, host, island, files)
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
         """Discovery, and sync where topics arrive; neither publishes diagnostics."""
@@ -108,17 +108,21 @@ def _files(swarm: Swarm, island: Island) -> tuple[File, ...]:
     )
 
 
-def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> Part:
+def _unit(swarm: Swarm, host: Host, island: Island, files: tuple[File, ...]) -> Part:
     """The unit; it waits for the master and restarts with it."""
     name = names.unit(swarm.name, names.MULTIMASTER)
     text = render(
         "multimaster.service",
         **service_values(swarm, host),
         command=_command(swarm),
+        address=host.ros_address,
+        ports=(discovery_port(island), f"udp:{swarm.multimaster.port}"),
+        owner=host.user if island.filtered else "",
         runtime=names.runtime_folder(swarm.name, names.MULTIMASTER),
     )
     file = File(f"units/{name}", text, origin="multimaster")
-    return Part((file,), (Unit(name, (file.path, *release.RUNNING, *(one.path for one in files))),))
+    waits = (release.WAIT,) if island.filtered else ()
+    return Part((file,), (Unit(name, (file.path, *waits, *release.RUNNING, *(one.path for one in files))),))
 
 
 def _command(swarm: Swarm) -> tuple[str, ...]:
