@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent import recovery_unit
+from swarm_onboard.agent import record, recovery_unit
 from swarm_onboard.agent.release_store import Home
 from swarm_onboard.host_checks.recovery import judge, observe
 
@@ -17,6 +17,7 @@ def host(folder: Path) -> tuple[Home, Path, Path]:
     Path(home.current_link).symlink_to("releases/0123456789abcdef")
     unit, link = (folder / path[1:] for path in recovery_unit.paths(home))
     recovery_unit.install(home)
+    record.write(home, record.Record(state=record.APPLIED, next="0123456789abcdef"))
     with zipfile.ZipFile(home.recovery_code, "w") as archive:
         archive.writestr("swarm_onboard/agent/recovery.py", "print('undone')\n" * 20)
     return home, unit, link
@@ -44,6 +45,10 @@ FAULTS: dict[str, Callable[[Home, Path, Path], object]] = {
     "does not start at boot: its link is missing": lambda home, unit, link: link.unlink(),
     "state/agent.zip is missing or damaged": damaged,
     "cannot run: ": lambda home, unit, link: Path(home.recovery_code).unlink(),
+    "state/transaction.json is missing or damaged": lambda home, unit, link: Path(
+        home.record_file
+    ).write_text("{"),
+    "does not know what to undo: ": lambda home, unit, link: Path(home.record_file).unlink(),
 }
 
 

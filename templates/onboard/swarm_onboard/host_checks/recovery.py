@@ -1,11 +1,11 @@
-"""The unit that undoes an interrupted change at boot: its file, its link, and the code that it runs."""
+"""The unit that undoes an interrupted change at boot: its file, its link, its code, the record it reads."""
 
 from __future__ import annotations
 
 import os
 import zipfile
 
-from swarm_onboard.agent import files, recovery_unit
+from swarm_onboard.agent import files, record, recovery_unit
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.host_checks import Judged
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 TABLE = (
     (
-        "the unit that undoes an interrupted change at boot is masked, not linked or changed, or has no code",
+        "the unit that undoes a change at boot is masked, changed, not linked, or lacks its code or record",
         "a warning, since the next change writes it anew; unhealthy while a change is open",
     ),
 )
@@ -51,6 +51,8 @@ def _lacks(home: Home) -> Iterator[str]:
         yield "does not start at boot: its link is missing"
     if not _is_whole(home.recovery_code):
         yield f"cannot run: {home.recovery_code} is missing or damaged"
+    if not record.read(home).state:
+        yield f"does not know what to undo: {home.record_file} is missing or damaged"
 
 
 def _is_whole(archive: str) -> bool:
