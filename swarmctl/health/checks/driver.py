@@ -41,6 +41,7 @@ def causes(context: CheckContext, host: ExpectedHost, robot: ExpectedRobot) -> l
         f"discovery {host.name}",
         *link.keys(context.graph, host),
         f"environment {robot.name}",
+        f"override {host.name} {robot.unit}",
         f"probe {host.name} ros",
         *([] if robot.node else [f"device {robot.name}"]),
         unit.key(host.name, robot.unit),

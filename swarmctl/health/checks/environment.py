@@ -14,7 +14,6 @@ TABLE = {
             "a driver, or a program without a container, has other `ROS_*` variables than the release",
             "unhealthy, with what it has: a drop-in sets it, or it runs from before",
         ),
-        ("a drop-in of its unit has an `ExecStart=`", "unhealthy, with its file"),
     )
 }
 

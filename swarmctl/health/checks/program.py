@@ -45,6 +45,7 @@ def causes(context: CheckContext, host: ExpectedHost, program: ExpectedProgram, 
         after.append(f"release {host.name}")
     if unit is not None and unit.runs:
         after += [f"master {host.name}", f"discovery {host.name}", *link.keys(context.graph, host)]
+        after.append(f"override {host.name} {program.unit}")
         after += [f"environment {program.name}"] if program.container is None else []
         after += [f"probe {host.name} {part}" for part in ("ros", "launched")]
         after.append(f"release {host.name}")

@@ -41,15 +41,5 @@ def test_what_differs_is_named(tmp_path: Path, seen: Mapping[str, str], found: l
     assert differences(home, STATES, str(tmp_path / "proc")) == ({UNIT: found} if found else {})
 
 
-def test_a_drop_in_that_starts_another_program_is_named(tmp_path: Path) -> None:
-    home = host(tmp_path, WANTED)
-    folder = tmp_path / f"etc/systemd/system/{UNIT}.d"
-    folder.mkdir(parents=True)
-    (folder / "memory.conf").write_text("[Service]\nMemoryMax=1G\n")
-    (folder / "site.conf").write_text("[Service]\nExecStart=\nExecStart=/bin/sleep 600\n")
-    found = differences(home, STATES, str(tmp_path / "proc"))
-    assert found == {UNIT: [f"ExecStart is that of {folder}/site.conf"]}
-
-
 def test_without_a_release_nothing_is_compared(tmp_path: Path) -> None:
     assert differences(Home("new", str(tmp_path)), STATES) == {}

@@ -375,9 +375,9 @@ class ProbeAnswer(GraphAnswer, total=False):
     """A part that fails is missing or null, and ``troubles`` has the reason.
 
     ``stopped``: by unit, the processes that a signal or a debugger has stopped; ``environments``: by unit, in
-    words, which ROS variables of its main process differ from the release, and which drop-ins start another
-    program; ``latches``: by robot that `swarmctl stop` has stopped, who did and when, in s since 1970;
-    ``drift``: from the current release; ``checks``: what those in the request have observed.
+    words, which ROS variables of its main process differ from the release; ``latches``: by robot that
+    `swarmctl stop` has stopped, who did and when, in s since 1970; ``drift``: from the current release;
+    ``checks``: what those in the request have observed.
     """
 
     release: str | None

@@ -1,8 +1,7 @@
-"""What runs and is not of the release: ROS variables of processes, and programs that drop-ins start."""
+"""The ROS variables of processes, where they are not those of the release."""
 
 from __future__ import annotations
 
-import glob
 from contextlib import suppress
 
 from . import environment_file, files
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
 
     from .release_store import Home
 
-_DROP_INS = ("/run/systemd/system", "/etc/systemd/system")
 FILE = environment_file.ROS
 #: The variables with which nodes find each other, by the version of ROS.
 NAMES = {
@@ -38,7 +36,6 @@ def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> di
     wanted = {name: release[name] for name in names if name in release}
     found: dict[str, list[str]] = {}
     for unit, state in units.items():
-        found[unit] = [f"ExecStart is that of {path}" for path in _starting_drop_ins(home, unit)]
         with suppress(OSError):  # it has ended
             pid = state["pid"]
             text = files.read(f"{proc}/{pid}/environ") if pid else None
@@ -46,16 +43,8 @@ def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> di
                 seen = dict(
                     line.split("=", 1) for line in text.decode("utf-8", "replace").split("\0") if "=" in line
                 )
-                found[unit].extend(_compared(names, seen, wanted))
+                found[unit] = list(_compared(names, seen, wanted))
     return {unit: texts for unit, texts in found.items() if texts}
-
-
-def _starting_drop_ins(home: Home, unit: str) -> Iterable[str]:
-    """Yields the drop-ins of a unit that start another program than its file (systemd.unit(5))."""
-    for folder in _DROP_INS:
-        for path in sorted(glob.glob(home.outside(f"{folder}/{glob.escape(unit)}.d/*.conf"))):
-            if b"\nExecStart=" in b"\n" + (files.read(path) or b""):
-                yield clipped(path)
 
 
 def _compared(names: Sequence[str], seen: Mapping[str, str], wanted: Mapping[str, str]) -> Iterable[str]:

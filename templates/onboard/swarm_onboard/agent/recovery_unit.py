@@ -56,7 +56,7 @@ def install(home: Home) -> None:
     Raises ``FailedError`` and ``OSError``.
     """
     unit, link = paths(home)
-    known, text = files.read(home.outside(unit)), _text(home).encode("utf-8")
+    known, text = files.read(home.outside(unit)), unit_text(home).encode("utf-8")
     _put(home.outside(unit), text)
     _keep_code(home)
     if known not in (None, text):  # of another version, whose text systemd may have read
@@ -93,7 +93,8 @@ def remove(home: Home) -> None:
     files.sync(os.path.dirname(unit))
 
 
-def _text(home: Home) -> str:
+def unit_text(home: Home) -> str:
+    """Returns what the unit's file has, as this version writes it."""
     code = home.recovery_code if os.path.isfile(_CODE) else _CODE
     return _TEXT.format(
         swarm=home.swarm, mark=home.open_mark, folder=home.path, code=code, python=sys.executable

@@ -9,7 +9,7 @@ from contextlib import suppress
 from swarm_onboard.agent.paths import COMMANDS
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
-from swarm_onboard.common.record_chain import FILE, FULL, OLDER
+from swarm_onboard.common.record_chain import BEGINNING, FILE, FULL, OLDER, Head, digest_of, parsed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,6 +28,26 @@ def handle(request: CommandRecordRequest, payload: bytes, report: Report) -> Com
         robots = sorted(os.listdir(folder))[:_MOST_ROBOTS]
     text = _lines(os.path.join(folder, request["robot"])) if request["robot"] in robots else b""
     return {"robots": robots, "text": text.decode("ascii", "backslashreplace")}
+
+
+def problem(folder: str) -> str:
+    """Returns what is wrong with the record of a robot whose unit runs; empty if nothing is."""
+    lines = _lines(folder).splitlines()
+    if not lines:
+        return "is empty, and the start of its unit is not in it"
+    first = parsed(lines[0])
+    if first is None:
+        return "is damaged at its beginning"
+    head = BEGINNING
+    if _content(os.path.join(folder, OLDER))[1]:  # what was before it may have been replaced
+        head = Head(first["number"] - 1, first["previous"])
+    for line in lines:
+        number = head.number + 1
+        # As line_after writes it: to compare bytes takes far less time than to parse all lines.
+        if not line.startswith(b'{"number": %d, "previous": "%s"' % (number, head.digest.encode())):
+            return f"is broken: entry {number} is missing, or one before it was changed"
+        head = Head(number, digest_of(line))
+    return ""
 
 
 def _lines(folder: str) -> bytes:
