@@ -183,7 +183,7 @@ def test_systemd_gets_a_socket_that_listens_at_each_place(kept: Kept, port: int)
 
 
 @NEEDS_ROOT
-def test_an_account_that_takes_the_port_again_and_again_does_not_keep_it(kept: Kept, port: int) -> None:
+def test_an_account_that_takes_the_port_again_does_not_keep_it(kept: Kept, port: int) -> None:
     with taking(port, FOREIGN):
         code, text = wait("127.0.0.1", port, PATIENCE, *HELD)
         assert code == 0, text
@@ -192,7 +192,7 @@ def test_an_account_that_takes_the_port_again_and_again_does_not_keep_it(kept: K
 
 
 @NEEDS_ROOT
-def test_all_processes_of_an_account_that_took_the_port_before_are_ended(port: int) -> None:
+def test_an_account_that_had_the_port_before_is_ended(port: int) -> None:
     loader = SourceFileLoader("wait_for_address", str(PROGRAM))
     program = module_from_spec(spec_from_loader(loader.name, loader))  # type: ignore[arg-type]
     loader.exec_module(program)
