@@ -36,7 +36,7 @@ MAY_IMPORT = {
         *("serial", *MESSAGES),
     },
     "gate": {"swarm_onboard.command", "swarm_onboard.common", "swarm_onboard.ros", *MESSAGES},
-    "guard": {"swarm_onboard.common"},
+    "guard": {"swarm_onboard.common", "rosmaster", "roslib", "rospkg"},  # roscore is made of them
     "multimaster": {"swarm_onboard.common"},
     "host_checks": {"swarm_onboard.agent", "swarm_onboard.tunnel"},
     "ros1_probe": {"swarm_onboard.agent", "swarm_onboard.common"},

@@ -119,42 +119,51 @@ class Kept:
         self._channel = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._channel.bind(str(path))
         self._channel.setblocking(False)
+        self._found: dict[str, socket.socket] = {}
 
     def all(self) -> dict[str, socket.socket]:
-        found = {}
         with suppress(BlockingIOError):
             while True:
                 text, files, _, _ = socket.recv_fds(self._channel, 4096, 4)
                 assert text.startswith(b"FDSTORE=1\nFDNAME=")
-                found[text.partition(b"FDNAME=")[2].decode()] = socket.socket(fileno=files[0])
-        return found
+                self._found[text.partition(b"FDNAME=")[2].decode()] = socket.socket(fileno=files[0])
+        return self._found
+
+    def close(self) -> None:
+        for one in (self._channel, *self._found.values()):
+            one.close()
 
 
 @pytest.fixture
-def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Kept:
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Kept]:
     monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
-    return Kept(tmp_path / "notify")
+    made = Kept(tmp_path / "notify")
+    yield made
+    made.close()
 
 
-#: Takes a port again and again, in a new process each time.
+#: Takes a port again and again, in a new process each time, until its parent has ended.
 TAKES = """
 import os, socket, sys, time
+parent = os.getpid()
 while True:
     if os.fork():
         os.wait()
-    else:
-        while True:
-            try:
-                place = sys.argv[2], int(sys.argv[3])
-                if sys.argv[1] == "tcp":
-                    one = socket.create_server(place)
-                else:
-                    one = socket.socket(type=socket.SOCK_DGRAM)
-                    one.bind(place)
-            except OSError:
-                continue
-            print("taken", flush=True)
-            time.sleep(600)
+        continue
+    while os.getppid() == parent:
+        try:
+            place = sys.argv[2], int(sys.argv[3])
+            if sys.argv[1] == "tcp":
+                one = socket.create_server(place)
+            else:
+                one = socket.socket(type=socket.SOCK_DGRAM)
+                one.bind(place)
+        except OSError:
+            continue
+        print("taken", flush=True)
+        while os.getppid() == parent:
+            time.sleep(0.1)
+    os._exit(0)
 """
 
 
@@ -178,7 +187,7 @@ def test_systemd_gets_a_socket_that_listens_at_each_place(kept: Kept, port: int)
     sockets = kept.all()
     assert sorted(sockets) == [f"..1-{port}", f"127.0.0.1-{port}", f"127.0.1.1-{port}"]
     for one in sockets.values():
-        with one, socket.create_connection(one.getsockname()[:2], PATIENCE):
+        with socket.create_connection(one.getsockname()[:2], PATIENCE):
             pass
 
 

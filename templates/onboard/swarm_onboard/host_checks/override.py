@@ -70,7 +70,7 @@ def _differences(home: Home, source: str, sha256: str, shown: dict[str, str]) ->
         yield f"it is masked: sudo systemctl unmask {shown['Id']}"
         return
     file, own = shown.get("FragmentPath", ""), f"{home.current_link}/{source}"
-    if os.path.realpath(home.outside(file)) != os.path.realpath(own):
+    if file and os.path.realpath(home.outside(file)) != os.path.realpath(own):
         yield f"systemd has read {file} instead of its file"
     text = files.read(own) or b""
     # An edit of the release's own file is a finding of its own.
