@@ -1,8 +1,9 @@
 """``python -m tests.run``: every test, in two parts; what failed is run once more, alone.
 
-A test that fails alone as well fails the run, and so do more than `MOST_ALONE` failures. Those that pass only
-alone are listed and added to ``build/alone.txt``, with the commit. ``build/tested`` is the commit of the last
-run of all tests that passed.
+A test that fails alone as well fails the run, and so do more than `MOST_ALONE` causes. Tests whose shared
+fixture failed have one cause, and are run once more together. Those that pass only alone are listed and added
+to ``build/alone.txt``, with the commit. ``build/tested`` is the commit of the last run of all tests that
+passed.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -25,10 +26,10 @@ _RAN = (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.NO_TES
 
 @dataclass
 class Outcomes:
-    """What became of the tests; ``skipped`` has the reason of each."""
+    """What became of the tests; ``failed`` has the cause of each, ``skipped`` the reason."""
 
     passed: set[str] = field(default_factory=set)
-    failed: set[str] = field(default_factory=set)
+    failed: dict[str, str] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
     complete: bool = True  # all tests were collected, and pytest ended by itself
 
@@ -37,13 +38,20 @@ class Outcomes:
         for report in reports:
             test, outcome = str(report.get("nodeid")), report.get("outcome")
             if outcome == "failed":
-                self.failed.add(test)
+                self.failed.setdefault(test, _cause(test, report))
                 self.complete &= report["$report_type"] == "TestReport"
             elif outcome == "skipped" and report["$report_type"] == "TestReport":
                 self.skipped[test] = _reason(report.get("longrepr"))
             elif report.get("when") == "call":
                 self.passed.add(test)
-        self.passed -= self.failed
+        self.passed -= self.failed.keys()
+
+    def by_cause(self) -> list[list[str]]:
+        """The tests that failed, those of one cause together."""
+        causes: dict[str, list[str]] = {}
+        for test, cause in sorted(self.failed.items()):
+            causes.setdefault(cause, []).append(test)
+        return list(causes.values())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -59,14 +67,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for part in (fast, lab):
         _run([*part, *rest], outcomes)
     alone: set[str] = set()
-    if len(outcomes.failed) <= MOST_ALONE:
-        for test in sorted(outcomes.failed):
+    if len(causes := outcomes.by_cause()) <= MOST_ALONE:
+        for tests in causes:
             again = Outcomes()
-            print(f"== once more, alone: {test}", flush=True)
-            _run([test], again)
-            if again.complete and again.passed and not again.failed:
-                alone.add(test)
-    outcomes.failed -= alone
+            print("== once more, alone:", *tests, flush=True)
+            _run(tests, again)
+            if again.complete and again.passed >= set(tests):
+                alone.update(tests)
+    for test in alone:
+        del outcomes.failed[test]
     outcomes.passed |= alone
     green = outcomes.complete and bool(outcomes.passed) and not outcomes.failed
     _keep(alone, commit if green and not rest else "")
@@ -80,6 +89,14 @@ def _run(options: Sequence[str], outcomes: Outcomes) -> None:
         status = subprocess.run(argv, check=False).returncode
         outcomes.read(map(json.loads, Path(log.name).read_text("utf-8").splitlines()))
     outcomes.complete &= status in _RAN
+
+
+def _cause(test: str, report: Mapping[str, object]) -> str:
+    """The error of a fixture, which tests of one file can share; of all else, the test itself."""
+    longrepr = report.get("longrepr")
+    if report.get("when") == "setup" and isinstance(longrepr, dict) and longrepr.get("reprcrash"):
+        return f"{test.partition('::')[0]} {longrepr['reprcrash']}"
+    return test
 
 
 def _reason(longrepr: object) -> str:

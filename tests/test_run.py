@@ -23,6 +23,19 @@ def test_flaky(name):
     mark.touch()
     assert seen
 """
+#: Its tests share a fixture that fails in its first run only.
+SHARED = """
+from pathlib import Path
+import pytest
+@pytest.fixture(scope="module")
+def shared():
+    mark = Path(__file__).with_suffix(".0")
+    seen = mark.exists()
+    mark.touch()
+    assert seen
+@pytest.mark.parametrize("name", range(20))
+def test_shares(shared, name): pass
+"""
 LAB = "import pytest\n@pytest.mark.lab\ndef test_lab(): pass\n"
 
 
@@ -63,6 +76,13 @@ def test_what_passes_alone_is_listed_and_kept(tmp_path: Path) -> None:
     commit = (tmp_path / "build/tested").read_text("utf-8").strip()
     alone = (tmp_path / "build/alone.txt").read_text("utf-8")
     assert alone.splitlines()[0] == f"{commit} test_flaky.py::test_flaky[0]"
+
+
+def test_many_of_one_fixture_are_one_cause(tmp_path: Path) -> None:
+    status, lines = ran(tmp_path, passes=PASSES, shared=SHARED, lab=LAB)
+    assert status == 0
+    assert lines[-1] == "22 passed, 0 failed, 0 skipped"
+    assert "  test_shared.py::test_shares[19]" in lines
 
 
 def test_what_fails_again_fails_the_run_after_both_parts(tmp_path: Path) -> None:
