@@ -204,7 +204,7 @@ def bypass(trial: Trial) -> Any:
     rivals, bypassing = trial.report("/rival publishes"), trial.report("takes commands past the gate")
     rival.kill()
     past.kill()
-    _forget("/rival", publishes=OUTPUT)
+    trial.host.unregister_killed()
     return {"rival": rivals["level"], "past": bypassing["message"]}
 
 
@@ -304,12 +304,6 @@ def master_killed(trial: Trial) -> Any:
     return {"stands": stands, "status": trial.ended()}
 
 
-def _forget(node: str, *, publishes: str) -> None:
-    """Unregisters a killed node, as `rosnode cleanup` does."""
-    master = xmlrpc.client.ServerProxy(URI)
-    master.unregisterPublisher(node, publishes, master.lookupNode("/test", node)[2])
-
-
 #: The last faults leave no gate: it is started again after each.
 LASTING = (
     *(publisher_killed, stranger, not_a_number, too_fast, flooded, commander_stopped),
@@ -327,6 +321,7 @@ def main() -> None:
         figures[fault.__name__] = {**fault(trial), "lost": trial.lost}
         if fault in ENDING:
             trial.end_boss()
+        trial.host.unregister_killed()
     print(json.dumps(figures))
 
 

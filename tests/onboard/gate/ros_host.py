@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import json
 import os
+import socket
 import subprocess
 import sys
 import threading
 import time
+import xmlrpc.client
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from swarmctl.lab.hosts import processes
 from swarmctl.resources import onboard
@@ -123,6 +126,26 @@ class RosHost:
                 return
             time.sleep(0.05)
         raise RuntimeError("the master does not start")
+
+    def unregister_killed(self) -> None:
+        """Has the master forget the nodes that were killed, as `rosnode cleanup` does.
+
+        rospy calls each publisher that the master lists. The port of a dead one may be that on which a new
+        one publishes: it takes the call for a subscriber's, waits for the rest, and serves nobody else.
+        """
+        master: Any = xmlrpc.client.ServerProxy(URI)
+        published, subscribed, served = master.getSystemState("/test")[2]
+        for unregister, side in (
+            (master.unregisterPublisher, published),
+            (master.unregisterSubscriber, subscribed),
+            (master.unregisterService, served),
+        ):
+            for name, node in ((name, node) for name, nodes in side for node in nodes):
+                uri = master.lookupNode("/test", node)[2]
+                with socket.socket() as probe:
+                    if probe.connect_ex(("127.0.0.1", urlsplit(uri).port)):
+                        place = uri if side is not served else master.lookupService("/test", name)[2]
+                        unregister(node, name, place)
 
     def node(self, script: str, *arguments: object) -> Node:
         """Starts a script of ``nodes``."""
