@@ -14,6 +14,7 @@ from functools import partial
 
 from swarm_onboard.agent.motion_messages import RobotTelemetry, Telemetry, TelemetryRequest
 from swarm_onboard.agent.probe_messages import ProbeRequest
+from swarm_onboard.ros2_probe import discovery
 
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.host_logs import VERBS, HostReader, Question
@@ -30,7 +31,7 @@ PERIOD = 0.2  # s between two messages on how robots move
 _PAUSE = 15.0  # s between two looks at a host, if nothing is new
 _AGAIN = 1.0  # s until a host that failed is connected to again
 _OVERDUE = 5.0  # s that a host takes for a look beside listening, at most, before it counts as silent
-_DISCOVERY = 25.0  # s more where nodes find each other without a master
+_DISCOVERY = discovery.LONGEST + 5.0  # s more where nodes find each other without a master
 _SILENT = 4.0  # s without a message on motion, of which five should have come a second
 _PATIENCE = 50.0  # s for one look at most
 _LINES = 200  # of a log

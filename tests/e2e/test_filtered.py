@@ -152,6 +152,17 @@ def test_no_other_account_gets_the_port_of_the_master(filtered: LabSwarm) -> Non
         filtered.shell(LEADER, "sudo pkill -KILL -u daemon python3; true")
 
 
+def test_a_host_that_boots_has_its_firewall_before_other_programs(filtered: LabSwarm) -> None:
+    """Services, and programs of people, start after basic.target (bootup(7))."""
+    filtered.reboot("k3-pi")
+
+    def entered(unit: str) -> int:
+        show = f"systemctl show --value --property=ActiveEnterTimestampMonotonic {unit}"
+        return int(filtered.shell("k3-pi", show))
+
+    assert 0 < entered("swarm-newswarm.firewall") < entered("basic.target")
+
+
 def test_a_flushed_firewall_is_unhealthy_until_its_unit_restarts(filtered: LabSwarm) -> None:
     filtered.shell("k3-pi", "sudo nft flush ruleset")
     status = filtered.swarmctl("status")

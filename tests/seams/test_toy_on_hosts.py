@@ -111,11 +111,11 @@ def of(diagnosis: Diagnosis, check: str) -> dict[str, Finding]:
 
 
 def wrong(diagnosis: Diagnosis) -> dict[str, str]:
-    """What is not well; no robot is plugged into this machine."""
+    """What is not well, but for this machine itself: no robot is plugged into it, and it may be busy."""
     return {
         one.key: one.message
         for one in diagnosis.findings
-        if one.state not in (State.OK, State.SKIPPED) and one.check != "device"
+        if one.state not in (State.OK, State.SKIPPED) and one.check not in ("device", "load")
     }
 
 

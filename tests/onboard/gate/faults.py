@@ -204,7 +204,6 @@ def bypass(trial: Trial) -> Any:
     rivals, bypassing = trial.report("/rival publishes"), trial.report("takes commands past the gate")
     rival.kill()
     past.kill()
-    trial.host.unregister_killed()
     return {"rival": rivals["level"], "past": bypassing["message"]}
 
 

@@ -1,9 +1,6 @@
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Callable
-from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -12,6 +9,8 @@ from swarm_onboard.command.command_log import RecordFile
 from swarm_onboard.common.record_chain import FILE, OLDER
 from swarm_onboard.host_checks.command_record import judge, observe
 
+from tests.onboard.host_checks.hosts import program, with_unit
+
 UNIT = "swarm-new.k3.service"
 
 
@@ -19,22 +18,8 @@ def host(
     folder: Path, monkeypatch: pytest.MonkeyPatch, state: str = "active"
 ) -> tuple[Home, RecordFile, Path]:
     """A host with a driver whose record has been full twice; the record and its folder."""
-    home, content = Home("new", str(folder)), b"[Service]\nStateDirectory=swarm-commands/new/k3\n"
-    entry = {"sha256": sha256(content).hexdigest(), "mode": 0o644, "size": len(content)}
-    units = [{"name": UNIT, "inputs": []}]
-    manifest = json.dumps(
-        {"format": 1, "files": {f"units/{UNIT}": entry}, "units": units, "links": {}, "blocks": {}}
-    )
-    release = Path(home.release(sha256(manifest.encode()).hexdigest()[:16]))
-    (release / "units").mkdir(parents=True)
-    (release / "units" / UNIT).write_bytes(content)
-    (release / "manifest.json").write_text(manifest)
-    Path(home.current_link).symlink_to(f"releases/{release.name}")
-    systemctl = folder / "usr/bin/systemctl"
-    systemctl.parent.mkdir(parents=True)
-    systemctl.write_text(f"#!/bin/sh\necho Id={UNIT}; echo ActiveState={state}\n")
-    systemctl.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{systemctl.parent}:{os.environ['PATH']}")
+    home = with_unit(folder, UNIT, b"[Service]\nStateDirectory=swarm-commands/new/k3\n")
+    program(folder, monkeypatch, "systemctl", f"echo Id={UNIT}; echo ActiveState={state}")
     place = folder / "var/lib/swarm-commands/new/k3"
     place.mkdir(parents=True)
     record = RecordFile(place, full=300)

@@ -1,22 +1,20 @@
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import pytest
 from swarm_onboard.agent.release_store import Home
 from swarm_onboard.host_checks.firewall import judge, observe
 
+from tests.onboard.host_checks.hosts import program
+
 LOADED = "table inet swarm-new {\n\tchain input {\n\t}\n}\n"
 
 
 def host(folder: Path, monkeypatch: pytest.MonkeyPatch, *, lists: str) -> Home:
     """A host with a firewall in its release, that loaded one table; its nft prints ``lists``."""
-    nft = folder / "usr/bin/nft"
-    nft.parent.mkdir(parents=True)
-    nft.write_text(f"#!/bin/sh\n[ \"$*\" = '-s list table inet swarm-new' ] && printf %s '{lists}'\n")
-    nft.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{nft.parent}:{os.environ['PATH']}")
+    script = f"[ \"$*\" = '-s list table inet swarm-new' ] && printf %s '{lists}'"
+    program(folder, monkeypatch, "nft", script)
     kept = folder / "run/swarm-new.firewall/table"
     kept.parent.mkdir(parents=True)
     kept.write_text(LOADED)

@@ -1,13 +1,12 @@
 from __future__ import annotations
 
-import json
-import os
-from hashlib import sha256
 from pathlib import Path
 
 import pytest
 from swarm_onboard.agent.release_store import Home
 from swarm_onboard.host_checks.override import judge, observe
+
+from tests.onboard.host_checks.hosts import program, with_unit
 
 UNIT = "swarm-new.k3.service"
 TEXT = """\
@@ -32,25 +31,9 @@ SITE = f"{LINK}.d/site.conf"
 
 def host(folder: Path, monkeypatch: pytest.MonkeyPatch, drop_in: str | None = None, **shown: str) -> Home:
     """A host with one unit; its systemctl shows a drop-in with this text, and ``shown``."""
-    home, content = Home("new", str(folder)), TEXT.encode()
-    entry = {"sha256": sha256(content).hexdigest(), "mode": 0o644, "size": len(content)}
-    manifest = json.dumps(
-        {
-            "format": 1,
-            "files": {f"units/{UNIT}": entry},
-            "units": [{"name": UNIT, "inputs": []}],
-            "links": {LINK: f"units/{UNIT}"},
-            "blocks": {},
-        }
-    )
-    digest = sha256(manifest.encode()).hexdigest()[:16]
-    release = Path(home.release(digest))
-    (release / "units").mkdir(parents=True)
-    (release / "units" / UNIT).write_bytes(content)
-    (release / "manifest.json").write_text(manifest)
-    Path(home.current_link).symlink_to(f"releases/{digest}")
+    home = with_unit(folder, UNIT, TEXT.encode(), {LINK: f"units/{UNIT}"})
     (folder / SITE[1:]).parent.mkdir(parents=True)
-    (folder / LINK[1:]).symlink_to(release / "units" / UNIT)
+    (folder / LINK[1:]).symlink_to(f"{home.current_link}/units/{UNIT}")
     (folder / SITE[1:]).write_text(drop_in or "")
     values = {
         "Id": UNIT,
@@ -60,11 +43,8 @@ def host(folder: Path, monkeypatch: pytest.MonkeyPatch, drop_in: str | None = No
         "LoadState": "loaded",
         **shown,
     }
-    systemctl = folder / "usr/bin/systemctl"
-    systemctl.parent.mkdir(parents=True)
-    systemctl.write_text("#!/bin/sh\ncat <<X\n" + "".join(f"{k}={v}\n" for k, v in values.items()) + "X\n")
-    systemctl.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{systemctl.parent}:{os.environ['PATH']}")
+    printed = "".join(f"{key}={value}\n" for key, value in values.items())
+    program(folder, monkeypatch, "systemctl", f"cat <<X\n{printed}X")
     return home
 
 

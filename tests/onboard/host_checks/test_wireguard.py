@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 import time
 from pathlib import Path
 
@@ -11,17 +10,16 @@ from swarm_onboard.agent.release_store import Home
 from swarm_onboard.host_checks.wireguard import Seen, judge, observe
 from swarm_onboard.tunnel.keys import line
 
+from tests.onboard.host_checks.hosts import program
+
 PEERS = {"port": 51820, "peers": [{"name": name} for name in ("a", "b", "not-pinned")]}
 A, NEXT, B, OTHER = (base64.b64encode(bytes([number]) * 32).decode() for number in range(4))
 
 
 def host(folder: Path, monkeypatch: pytest.MonkeyPatch, *, prints: str) -> Home:
     """A host with two peers in its release, whose wg prints ``prints``."""
-    wg = folder / "usr/bin/wg"
-    wg.parent.mkdir(parents=True)
-    wg.write_text(f"#!/bin/sh\n[ \"$*\" = 'show all latest-handshakes' ] && printf '{prints}'\n")
-    wg.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{wg.parent}:{os.environ['PATH']}")
+    script = f"[ \"$*\" = 'show all latest-handshakes' ] && printf '{prints}'"
+    program(folder, monkeypatch, "wg", script)
     home = Home("new", str(folder))
     release = Path(home.path) / "releases/0123456789abcdef"
     (release / "wireguard").mkdir(parents=True)
