@@ -16,7 +16,7 @@ NEEDS = {
     "multimaster": ("multimaster", "common"),
     "domain_relay": ("domain_relay", "multimaster", "common", "ros"),
     "stand_in": ("stand_in", "command", "ros", "common"),
-    "teleop": ("teleop", "ros"),
+    "teleop": ("teleop", "ros", "common"),
     "tunnel": ("tunnel", "common"),
 }
 

@@ -180,7 +180,8 @@ def _robot(robot: RobotRow) -> tuple[State, tuple[str, ...]]:
 
 
 def _program(program: ProgramRow) -> tuple[State, tuple[str, ...]]:
-    details = "  ".join(["program", *_topics(program.topics)])
+    state = program.unit.text if program.unit is not None and program.unit.runs else ""
+    details = "  ".join(["program", *_topics(program.topics), *([f'"{clean(state)}"'] if state else [])])
     node = clean(program.node, _WIDEST)
     return program.state, (f"  {program.name}", program.state.value, _driver(program.unit), "", node, details)
 

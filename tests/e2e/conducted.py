@@ -10,7 +10,7 @@ import pytest
 from swarmctl.cli import exit_codes
 from tests.e2e.experiment import EXAMPLES, STILL, Experiment, conducted
 from tests.e2e.lab_needs import skip_without_wheels
-from tests.e2e.lab_swarm import LabSwarm, Note
+from tests.e2e.lab_swarm import LabSwarm, Note, until
 from tests.timing import Promise
 
 
@@ -38,6 +38,15 @@ class Conducted:
 
     def test_the_graph_has_just_what_the_spec_says(self, experiment: Experiment) -> None:
         experiment.settles()
+
+    def test_status_says_that_the_joystick_waits_until_a_gamepad_is_there(
+        self, experiment: Experiment
+    ) -> None:
+        waits = experiment.lab.findings()["program joystick"]
+        assert waits["state"] == "warning"
+        assert waits["message"].startswith("waits for the joystick: no message on `joy` ")
+        with experiment.gamepad():
+            until(lambda: "program joystick" not in experiment.lab.findings(), "it still waits")
 
     def test_the_gamepad_drives_its_robots_and_no_others(
         self, experiment: Experiment, note: Note, promise: Promise

@@ -183,6 +183,23 @@ def test_status_checks_the_exit_code_of_a_oneshot(
     assert (finding.state, words in finding.message) == (state, True)
 
 
+def test_a_program_that_waits_is_a_warning_with_its_reason(graph: ExpectedGraph) -> None:
+    absent = "waits for the joystick: /dev/input/js0: it is not plugged in"
+    unit, waits = "swarm-prog.joystick.service", replace(RUNNING, text=absent)
+    seen = answers(graph, {unit: waits}, {})
+    found = diagnose(graph, seen)
+    finding = about("joystick", graph, units={unit: waits})
+    assert (finding.state, finding.message) == (State.WARNING, absent)
+    lines = table(status(graph, seen, found).hosts).plain.splitlines()
+    (row,) = (line for line in lines if line.strip().startswith("joystick"))
+    assert row.split()[:3] == ["joystick", "warning", "running"]
+    assert row.endswith(f'program  "{absent}"')
+    ready = replace(RUNNING, text="ready: hold the dead-man button to drive")
+    assert about("joystick", graph, units={unit: ready}).state is State.OK
+    gone = replace(JOYSTICK, registered=False)
+    assert about("joystick", graph, units={unit: waits}, joystick=gone).state is State.BAD
+
+
 def test_a_failed_program_explains_itself_once(graph: ExpectedGraph) -> None:
     failed = replace(RUNNING, active="failed", sub="failed", result="exit-code")
     found = diagnose(graph, answers(graph, {"swarm-prog.wander.service": failed}, {})).findings

@@ -50,7 +50,7 @@ MAY_IMPORT = {
     },
     "rosserial": set[str](),
     "stand_in": {"swarm_onboard.command", "swarm_onboard.ros", "rospy", *MESSAGES},
-    "teleop": {"swarm_onboard.ros", "yaml", *MESSAGES},
+    "teleop": {"swarm_onboard.common", "swarm_onboard.ros", "yaml", *MESSAGES},
     "tunnel": {"swarm_onboard.common"},
 }
 

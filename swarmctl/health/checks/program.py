@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from swarm_onboard.common.systemd import WAITS
+
 from swarmctl.health import container_image, launched_nodes, node_faults
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link
@@ -10,7 +12,7 @@ from swarmctl.health.expected_graph import ExpectedHost
 from swarmctl.health.expected_programs import ExpectedProgram
 from swarmctl.health.observations import Answer, NodeSeen
 from swarmctl.health.root_cause import Findings
-from swarmctl.health.verdict import State, Verdict, bad, ok, unknown
+from swarmctl.health.verdict import State, Verdict, bad, ok, unknown, warning
 
 CHECK = "program"
 TABLE = {
@@ -21,6 +23,7 @@ TABLE = {
         ("its node is not registered, does not answer, or advertises another address", "unhealthy"),
         ("its node lacks a declared topic, or its type differs", "unhealthy; for `subscribes`, a warning"),
         *launched_nodes.TABLE,
+        ("`teleop-joy` waits for its gamepad, or for the dead-man button to be let go", "a warning"),
     )
 }
 
@@ -80,6 +83,8 @@ def _verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Ve
         wrong = _node(program, host, answer.nodes.get(program.node))
     else:
         wrong = launched_nodes.problem(program, host, answer.launched.get(program.unit))
+    if wrong is None and unit.text.startswith(WAITS):
+        return warning(unit.text)
     return wrong if wrong is not None else by_unit
 
 

@@ -257,6 +257,13 @@ def test_a_restart_under_way_as_the_probe_begins_is_counted(
     assert (state["active"], state["restarts"], state["restarted"]) == ("active", 1, 1)
 
 
+def test_what_a_unit_says_of_itself_is_cut(
+    prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    systemctl(prefix, monkeypatch, RUNNING.replace("StatusText=", f"StatusText={'waits ' * 1000}"))
+    assert len(probed(graph[1])["units"]["swarm-test.k3.service"]["text"]) == 200
+
+
 def test_a_node_that_another_ends_during_the_probe_is_a_conflict(
     prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

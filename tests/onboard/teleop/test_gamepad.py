@@ -7,6 +7,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from swarm_onboard.common.systemd import WAITS
 from swarm_onboard.teleop.fanout import STOP, ZEROS, Fanout, Twist
 from swarm_onboard.teleop.gamepad import LET_GO, READY, Hand, Pad, Settings, look, noticed
 
@@ -89,8 +90,22 @@ def test_after_every_release_come_zeros_and_then_silence(looks):
     ],
 )  # fmt: skip
 def test_a_state_and_what_it_wants(state, changes, wanted):
-    _, twist, _ = look(settings_of(**changes), ROBOTS, ARMED, state, 0.1)
+    _, twist, text = look(settings_of(**changes), ROBOTS, ARMED, state, 0.1)
     assert twist == (wanted and Twist(pytest.approx(wanted.linear), pytest.approx(wanted.angular)))
+    assert twist is None or not text.startswith(WAITS)
+
+
+@pytest.mark.parametrize(
+    ("state", "hand", "words"),
+    [
+        (None, ARMED, "the joystick"),
+        (pad((0.0, 1.0), {4}), Hand(), "the dead-man button to be let go"),
+        (pad((0.0, 1.0), {4}, buttons=4), ARMED, "the joystick: it has no button 4, only 4"),
+        (pad((0.0, math.nan), {4}), ARMED, "the joystick: its axis 1 is not a number"),
+    ],
+)
+def test_what_keeps_it_from_driving_is_what_it_waits_for(state, hand, words):
+    assert look(settings_of(), ROBOTS, hand, state, 0.1)[2] == WAITS + words
 
 
 def test_a_silent_joystick_stops_and_the_log_names_the_parameter():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import signal
+import socket
 import subprocess
 import tempfile
 import termios
@@ -128,13 +129,27 @@ def test_a_device_that_returns_must_be_released_before_it_drives(stick, tmp_path
         before = len(world.commands())
         stick.plug(held=(DEADMAN,))
         stick.push(1, -32767)
-        wait_for(lambda: logged(world, "let go"))
+        wait_for(lambda: logged(world, "waits for the dead-man button"))
         assert len(world.commands()) == before
         stick.press(DEADMAN, down=False)
         wait_for(lambda: logged(world, "ready") == 2)
         stick.press(DEADMAN)
         wait_for(lambda: AHEAD in world.commands()[before:])
         assert f"waits for the joystick: {stick.path}: it is not plugged in\n" in world.log.read_text()
+
+
+def test_systemd_receives_each_change_of_the_state_once(stick, tmp_path, monkeypatch):
+    monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(tmp_path / "notify"))
+        systemd.settimeout(PATIENCE)
+        with a_world(tmp_path, device=str(stick.path)) as world, joystick_program(world):
+            absent = f"STATUS=waits for the joystick: {stick.path}: it is not plugged in"
+            assert systemd.recv(4096).decode() == absent
+            stick.plug(held=(DEADMAN,))
+            assert systemd.recv(4096) == b"STATUS=waits for the dead-man button to be let go"
+            stick.press(DEADMAN, down=False)
+            assert systemd.recv(4096) == b"STATUS=ready: hold the dead-man button to drive"
 
 
 def test_a_program_whose_master_is_away_can_be_ended(tmp_path):

@@ -7,6 +7,7 @@ import os
 import time
 
 from . import conditions
+from .clip import clipped
 from .errors import FailedError
 from .release_store import Home
 
@@ -70,6 +71,7 @@ def states(units: Sequence[str]) -> dict[str, UnitState]:
     found: dict[str, UnitState] = {}
     for unit, values in properties(units, wanted).items():
         state: Any = {short: values.get(name, "") for name, short in _FIELDS.items()}
+        state["text"] = clipped(state["text"])  # written by the unit itself
         state.update({short: int(values.get(name) or 0) for name, short in _NUMBERS.items()})
         met, looked = (values.get(name, "") for name in _CONDITION)
         unmet = met == "no" and looked not in ("", "0")

@@ -10,6 +10,8 @@ from typing import Callable, Iterator, Mapping
 
 REJOINS = 91
 """Exit code of a node that ends because the ROS master was restarted: no other program is known to use it."""
+WAITS = "waits for "
+"""How the status text of a program begins that cannot do its task yet; what it waits for follows."""
 
 
 class Notifier:

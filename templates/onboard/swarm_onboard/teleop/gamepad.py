@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import Sequence
 
+from swarm_onboard.common.systemd import WAITS
 from swarm_onboard.teleop.fanout import Twist
 
-WAITING = "waits for the joystick"
-LET_GO = "let go of the dead-man button once"
+WAITING = f"{WAITS}the joystick"
+LET_GO = f"{WAITS}the dead-man button to be let go"
 READY = "ready: hold the dead-man button to drive"
 
 
@@ -70,7 +71,7 @@ def look(
     if pad is None:
         return replace(hand, armed=False), None, WAITING
     if fault := _fault(settings, pad, now):
-        return replace(hand, armed=False), None, f"stopped: {fault}"
+        return replace(hand, armed=False), None, f"{WAITING}: {fault}"
     if not pad.held(settings.deadman_button):
         hand = _selected(settings, len(robots), replace(hand, armed=True), pad)
         return hand, None, READY if hand.chosen is None else f"{READY} {robots[hand.chosen]}"
@@ -89,14 +90,14 @@ def _fault(settings: Settings, pad: Pad, now: float) -> str:
         )
     for button in (settings.deadman_button, settings.turbo_button, settings.select_button):
         if button >= len(pad.buttons):
-            return f"the joystick has no button {button}, only {len(pad.buttons)}"
+            return f"it has no button {button}, only {len(pad.buttons)}"
     for axis in (settings.linear_axis, settings.angular_axis):
         if axis >= len(pad.axes):
-            return f"the joystick has no axis {axis}, only {len(pad.axes)}"
+            return f"it has no axis {axis}, only {len(pad.axes)}"
         if not math.isfinite(pad.axes[axis]):
-            return f"axis {axis} of the joystick is not a number"
+            return f"its axis {axis} is not a number"
     if 0 < settings.still_timeout < now - pad.changed and pad.held(settings.deadman_button):
-        return f"nothing on the joystick has changed for {settings.still_timeout:g} s"
+        return f"nothing on it has changed for {settings.still_timeout:g} s"
     return ""
 
 

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from typing import Protocol
 
+from swarm_onboard.common.systemd import Notifier
 from swarm_onboard.ros.arguments import own_arguments
 from swarm_onboard.teleop.config import Config, ConfigError, load
 from swarm_onboard.teleop.device import Device
@@ -28,9 +29,10 @@ class Stick(Protocol):
 
 
 class Pilot:
-    """Reads the joystick, and prints changes of its state to stderr."""
+    """Reads the joystick; reports changes of its state to systemd, and prints them to stderr."""
 
     def __init__(self, settings: Settings, robots: tuple[str, ...], stick: Stick) -> None:
+        self._notifier = Notifier()
         self._settings = settings
         self._robots = robots
         self._stick = stick
@@ -45,6 +47,7 @@ class Pilot:
             state = f"{WAITING}: {self._stick.trouble}"
         if state != self._state:
             print(state, file=sys.stderr, flush=True)
+            self._notifier.status(state)
             self._state = state
         return twist, self._hand.chosen
 
