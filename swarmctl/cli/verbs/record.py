@@ -41,6 +41,7 @@ def record(
     """
     from swarmctl.cli.recording_hosts import RecordingHosts
     from swarmctl.cli.ssh_targets import transport
+    from swarmctl.render.bundle import package
     from swarmctl.render.middleware import middleware_of
     from swarmctl.render.recording_requests import requests
 
@@ -50,7 +51,13 @@ def record(
     without = [one for one in swarm.distros if middleware_of(one).bag_recorder is None]
     recorder = None if without else middleware_of(swarm.distros[0]).bag_recorder
     if recorder is None:
-        console.fail(f"record runs rosbag, which `ros.distro: {without[0]}` has not", code=exit_codes.USAGE)
+        debian = " or ".join(middleware_of(without[0]).debian_packages(package("rosbag2")))
+        console.fail(
+            f"record runs rosbag, which `ros.distro: {without[0]}` has not",
+            "a program records there, with `command: [ros2, bag, record, -a]`; its host needs the Debian "
+            f"package {debian}" + (", which no host of a lab has" if options.in_lab(lab, lab_name) else ""),
+            code=exit_codes.USAGE,
+        )
     names = selected.hosts(swarm.candidates, limit)
     reach = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
