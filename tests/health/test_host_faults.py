@@ -64,7 +64,13 @@ FAULTS = {
     ),
     "systemd that does not answer": Fault(
         K3_PI,
-        changed(units={}, troubles={"units": "systemctl did not end within 20 s"}),
+        changed(units={}, troubles={"systemd": "does not answer"}),
+        {f"systemd {K3_PI}": ("bad", [UNIT_WLAN, f"unit swarm-newswarm.target on {K3_PI}", UNIT_K3])},
+        message="does not answer: it restarts no unit that ends",
+    ),
+    "states of units that cannot be read": Fault(
+        K3_PI,
+        changed(units={}, troubles={"units": "systemctl failed"}),
         {f"probe {K3_PI} units": ("unknown", [UNIT_WLAN, f"unit swarm-newswarm.target on {K3_PI}", UNIT_K3])},
     ),
     "graph that took too long": Fault(

@@ -8,6 +8,7 @@ from swarmctl.health.root_cause import HOST, Findings
 from swarmctl.health.verdict import Verdict, bad, ok, unknown
 from swarmctl.remote.transport import HostError, Kind
 
+SYSTEMD = "systemd"
 _REFUSALS = {
     Kind.HOST_KEY: "the key of a host is not pinned, or is not the pinned one",
     Kind.AUTH: "a host accepts no key of the operator",
@@ -22,6 +23,7 @@ TABLE = {
     "probed": (("a host was not probed, as the run was interrupted", "unknown"),),
     **{kind.value: ((text, "unhealthy"),) for kind, text in _REFUSALS.items()},
     "probe": (("the probe could not look at a part of a host", "unknown, with the reason"),),
+    SYSTEMD: (("systemd of a host does not answer within 10 s", "unhealthy: no unit is restarted"),),
     "robot": (("the host of a robot could not be probed", "unknown"),),
 }
 
@@ -38,7 +40,10 @@ def compare(found: Findings, context: CheckContext) -> None:
                 found.add("robot", robot.name, not_probed, robot=robot, after=[key])
         else:
             for part, why in outcome.troubles.items():
-                found.add("probe", f"{host.name} {part}", unknown(why), host=host)
+                if part == SYSTEMD:
+                    found.add(SYSTEMD, host.name, _silent(host.name, why), host=host)
+                else:
+                    found.add("probe", f"{host.name} {part}", unknown(why), host=host)
 
 
 def _verdict(outcome: Answer | HostError) -> Verdict:
@@ -46,3 +51,9 @@ def _verdict(outcome: Answer | HostError) -> Verdict:
         return ok("answers")
     stopped = outcome.kind is Kind.STOPPED
     return unknown(outcome.message) if stopped else bad(outcome.message, outcome.hint)
+
+
+def _silent(host: str, why: str) -> Verdict:
+    log = f"on {host}: sudo journalctl -b _PID=1 -n 20"
+    again = "if it has crashed, stop the robots of the host, then: sudo reboot -ff"
+    return bad(f"{why}: it restarts no unit that ends", f"{log}; {again}")

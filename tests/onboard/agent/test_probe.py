@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from swarm_onboard.agent import unit_journal
+from swarm_onboard.agent import systemd, unit_journal
 from swarm_onboard.agent.probe_messages import ProbeAnswer
 from swarm_onboard.agent.unit_journal import Message
 from swarm_onboard.agent.verbs import probe
@@ -25,6 +25,8 @@ from swarm_onboard.ros1_probe import nodes
 from swarmctl.health.observations import PeerSeen, SenderSeen
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.remote.answer_check import mismatch
+from swarmctl.resources import host_check_names
+from tests.onboard.host_checks.hosts import program, with_unit
 from tests.onboard.ros1_probe.ros_fakes import (
     FakeRos,
     diagnostics,
@@ -240,6 +242,24 @@ def test_a_call_that_the_master_does_not_answer_is_not_taken_for_a_no(
         found = probed(uri, nodes=[node])["nodes"]["/k3/driver"]
     assert found["registered"] is (True if method == "getParam" else None)
     assert "parameters" not in found
+
+
+def test_a_systemd_that_does_not_answer_is_asked_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, graph: tuple[FakeRos, str]
+) -> None:
+    """The robot's record and drop-ins of its unit are looked at through systemd, as is a launch file."""
+    unit = "swarm-new.k3.service"
+    text = b"[Service]\nStateDirectory=swarm-commands/new/k3\n"
+    with_unit(tmp_path, unit, text, {f"/etc/systemd/system/{unit}": f"units/{unit}"})
+    monkeypatch.setenv("SWARM_PREFIX", str(tmp_path))
+    program(tmp_path, monkeypatch, "systemctl", f"echo >> {tmp_path}/calls; exec sleep 60")
+    monkeypatch.setattr(systemd, "_ANSWERS_WITHIN", 0.5)
+    launched = {unit: {"topics": {}, "nodes": {}}}
+    answer = probed(graph[1], swarm="new", units=[unit], checks=list(host_check_names()), launched=launched)
+    assert (tmp_path / "calls").read_text() == "\n"
+    assert answer["troubles"] == {"systemd": "does not answer"}
+    assert answer["units"] is None
+    assert answer["nodes"]["/k3/driver"]["alive"]
 
 
 def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRos, str]) -> None:

@@ -24,6 +24,10 @@ class FailedError(RefusedError):
     kind = "failed"
 
 
+class TimedOutError(FailedError):
+    """A program did not end in time."""
+
+
 class UploadEndedError(RefusedError):
     """The payload of ``request`` ended after its first bytes, ``received``."""
 

@@ -8,7 +8,7 @@ import time
 
 from . import conditions
 from .clip import clipped
-from .errors import FailedError
+from .errors import FailedError, TimedOutError
 from .release_store import Home
 
 TYPE_CHECKING = False
@@ -28,6 +28,7 @@ _NUMBERS = {"MainPID": "pid", "NRestarts": "restarts"}
 _RESTART_RECORDS = "/run/swarm-restarts"  # of bin/restart-delay
 _CONDITION = ("ConditionResult", "ConditionTimestampMonotonic")
 _ADDRESSES = ("IPAddressDeny", "IPAccounting", "IPIngressBytes")
+_ANSWERS_WITHIN = 10.0  # s
 _NOT_COUNTED = ("[no data]", str(2**64 - 1))  # by the version of systemctl
 
 
@@ -37,7 +38,7 @@ def present(home: Home) -> bool:
 
 
 def call(command: Sequence[str], timeout: float) -> str:
-    """Returns what a command prints. Raises ``FailedError``, also if it takes more than ``timeout`` s."""
+    """Returns what a command prints. Raises ``FailedError``; ``TimedOutError`` after ``timeout`` s."""
     import subprocess  # noqa: PLC0415  (takes long to load, and the states of units are read without it)
 
     environment = dict(os.environ, LC_ALL="C", SYSTEMD_COLORS="0")
@@ -51,7 +52,7 @@ def call(command: Sequence[str], timeout: float) -> str:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise FailedError("`{}` did not end within {:g} s".format(" ".join(command), timeout)) from None
+        raise TimedOutError("`{}` did not end within {:g} s".format(" ".join(command), timeout)) from None
     except OSError as error:
         raise FailedError(f"`{command[0]}` cannot be run: {error}") from error
     if done.returncode != 0:
@@ -92,7 +93,7 @@ def properties(units: Sequence[str], names: Sequence[str]) -> dict[str, dict[str
     """Returns the properties ``names`` of each unit, named as in ``systemctl show``. ``Id`` is one."""
     if not units:
         return {}
-    output = call(["systemctl", "show", "--no-pager", "-p", ",".join(names), "--", *units], 20)
+    output = call(["systemctl", "show", "--no-pager", "-p", ",".join(names), "--", *units], _ANSWERS_WITHIN)
     paragraphs = output.strip("\n").split("\n\n")
     return {
         unit: dict(line.split("=", 1) for line in paragraph.splitlines() if "=" in line)

@@ -26,7 +26,7 @@ from swarm_onboard.agent import (
     unit_history,
 )
 from swarm_onboard.agent.clip import clipped
-from swarm_onboard.agent.errors import RefusedError
+from swarm_onboard.agent.errors import RefusedError, TimedOutError
 from swarm_onboard.agent.release_store import Home, home_of
 from swarm_onboard.agent.rpc import Report
 
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 _MOST_NAMES = 20  # adapters on one host
 _SERIAL_GROUP = "dialout"
+_ASK_SYSTEMD = ("command_record", "override")
 
 
 def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer:
@@ -55,12 +56,19 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
             answer["troubles"][name] = clipped(f"{type(error).__name__}: {error}")
         return None
 
-    def states() -> dict[str, Any]:
-        return systemd.states([str(unit) for unit in request["units"]])
+    def states() -> dict[str, Any] | None:
+        try:
+            return systemd.states([str(unit) for unit in request["units"]])
+        except TimedOutError:
+            answer["troubles"]["systemd"] = "does not answer"
+            return None
 
     pinging = part("pings", lambda: pings.Pings(request["pings"]))
     work = part("load", processor_work.work)
     before = answer["units"] = part("units", states)
+    if "systemd" in answer["troubles"]:
+        others = [check for check in request["checks"] if check not in _ASK_SYSTEMD]
+        request = {**request, "units": [], "launched": {}, "checks": others}
     answer["history"] = part(
         "journal", lambda: unit_history.restarts(home, before or {}, float(request["restart_window"]))
     )
