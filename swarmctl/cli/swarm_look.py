@@ -63,7 +63,9 @@ def expected(spec: SpecFiles, limit: list[str] | None, *, lab: bool, lab_name: s
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
     releases = {
-        name: Release(wanted[name].digest, tuple(unit.name for unit in wanted[name].units))
+        name: Release(
+            wanted[name].digest, tuple(unit.name for unit in wanted[name].units), tuple(wanted[name].requires)
+        )
         for name in selected.hosts(swarm.candidates, limit)
         if wanted[name].files
     }

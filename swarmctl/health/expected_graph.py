@@ -28,10 +28,11 @@ from swarmctl.swarm.resolved import (
 
 @dataclass(frozen=True)
 class Release:
-    """What the spec renders for one host: the release's name and its units in start order."""
+    """What the spec renders for one host: the release's name, its units in start order, what they require."""
 
     digest: str
     units: tuple[str, ...]
+    requires: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

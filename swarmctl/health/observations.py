@@ -327,6 +327,7 @@ class Answer:
     boot_id: str = ""
     change: ChangeSeen | None = None
     drift: DriftSeen | None = None
+    lacks: tuple[str, ...] | None = None  # of what its release requires
     checks: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)  # by name of a host's check
     load: LoadSeen | None = None
     pings: Mapping[str, PingSeen] = field(default_factory=dict)  # by address

@@ -71,6 +71,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
             for one in host.programs
             if one.container is not None
         },
+        "requires": list(host.release.requires),
         "checks": list(host_check_names()),
         "pings": {one.advertised: round(window, 3) for one in neighbours(graph, host)},
         "clock": (round(window, 3) if graph.simulated_time else 0.0) if host.master_unit else None,

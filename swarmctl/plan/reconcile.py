@@ -16,7 +16,7 @@ from swarmctl.plan.files_only import files_only
 from swarmctl.plan.host_tools import install_hints
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
-from swarmctl.render.bundle import Bundle, File, package, required
+from swarmctl.render.bundle import Bundle, File, in_words, package
 from swarmctl.render.elf import machines_of
 
 _DRIFT = {
@@ -227,7 +227,7 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
         *([f"{edited}; {host_edits.hint(bundle.swarm)}"] if edited else []),
         *(f"{name} is skipped: {why}; {repair}" for name, (why, repair) in skipped),
         *(
-            f"program `{unit.program}` is skipped: the host lacks {_list(absent)}; "
+            f"program `{unit.program}` is skipped: the host lacks {in_words(absent)}; "
             + _install_hint(bundle, absent)
             for unit in optional.values()
             if (absent := _absent(map(package, unit.packages), observed))
@@ -239,10 +239,6 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
 def _absent(requirements: Iterable[str], observed: Observed) -> list[str]:
     """The requirements that the host lacks; none if it was not contacted."""
     return [one for one in requirements if not observed.facts["has"].get(one)] if observed.facts else []
-
-
-def _list(requirements: Iterable[str]) -> str:
-    return ", ".join(_described(*required(one)) for one in requirements)
 
 
 def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
@@ -272,12 +268,8 @@ def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
         return Problem(preflight.UNFIT, message, "`swarmctl prepare` builds them for it")
     if missing := _absent(bundle.requires, observed):
         hint = f"{preflight.PREPARE_INSTALLS}; by hand: {_install_hint(bundle, missing)}"
-        return Problem(preflight.UNFIT, f"it lacks {_list(missing)}", hint)
+        return Problem(preflight.UNFIT, f"it lacks {in_words(missing)}", hint)
     return preflight.without_secret(bundle, observed)
-
-
-def _described(kind: str, name: str) -> str:
-    return {"": "", "package": "the ROS package ", "workspace": "a built ROS workspace in "}[kind] + name
 
 
 def _install_hint(bundle: Bundle, missing: Sequence[str]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
@@ -38,6 +38,12 @@ def required(requirement: str) -> tuple[str, str]:
     """Returns the kind of a requirement (`package`, `workspace`, empty for a program) and its name."""
     kind, mark, name = requirement.partition(":")
     return (kind, name) if mark else ("", kind)
+
+
+def in_words(requirements: Iterable[str]) -> str:
+    """Returns requirements as a list for people."""
+    words = {"": "", "package": "the ROS package ", "workspace": "a built ROS workspace in "}
+    return ", ".join(words[kind] + name for kind, name in map(required, requirements))
 
 
 @dataclass(frozen=True)

@@ -68,6 +68,23 @@ FAULTS = {
         {f"systemd {K3_PI}": ("bad", [UNIT_WLAN, f"unit swarm-newswarm.target on {K3_PI}", UNIT_K3])},
         message="does not answer: it restarts no unit that ends",
     ),
+    "pyserial was removed while a driver runs": Fault(
+        K3_PI,
+        changed(lacks=("pyserial", "package:tf2_ros")),
+        {f"requirement {K3_PI}": ("bad", [])},
+        message="the next start of its units fails: it lacks pyserial, the ROS package tf2_ros",
+    ),
+    "pyserial was removed, and the driver was started again": Fault(
+        K3_PI,
+        both(changed(lacks=("pyserial",)), with_unit(UNIT["k3"], active="failed", pid=0)),
+        {f"requirement {K3_PI}": ("bad", [UNIT_K3])},
+    ),
+    "another release, of which it is not known what it requires": Fault(
+        K3_PI,
+        changed(release="0" * 16, lacks=("pyserial",)),
+        {f"release {K3_PI}": ("warning", [])},
+        healthy=True,
+    ),
     "states of units that cannot be read": Fault(
         K3_PI,
         changed(units={}, troubles={"units": "systemctl failed"}),

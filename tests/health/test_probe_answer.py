@@ -130,6 +130,7 @@ def test_a_host_is_probed_for_its_own_part() -> None:
         "advertised": "192.168.77.11",
         "restart_window": 600.0,
         "images": {},
+        "requires": [],
         "checks": list(host_checks()),
         "clock": None,
         "pings": {"192.168.77.10": 2.0},

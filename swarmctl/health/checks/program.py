@@ -43,7 +43,12 @@ def compare(found: Findings, context: CheckContext) -> None:
 def causes(context: CheckContext, host: ExpectedHost, program: ExpectedProgram, answer: Answer) -> list[str]:
     """Returns what may explain that a program does not run, or not well; most basic cause first."""
     unit = answer.units.get(program.unit)
-    after = [*context.rivals(host.name, program.unit), f"systemd {host.name}", f"probe {host.name} units"]
+    after = [
+        *context.rivals(host.name, program.unit),
+        f"systemd {host.name}",
+        f"requirement {host.name}",
+        f"probe {host.name} units",
+    ]
     if unit is not None and unit.load == "not-found":
         after.append(f"release {host.name}")
     if unit is not None and unit.runs:

@@ -79,7 +79,13 @@ def _add(
     after: Iterable[str] = (),
 ) -> None:
     seen = answer.units.get(name)
-    explaining = [f"systemd {host.name}", f"probe {host.name} units", f"override {host.name} {name}", *after]
+    explaining = [
+        f"systemd {host.name}",
+        f"requirement {host.name}",
+        f"probe {host.name} units",
+        f"override {host.name} {name}",
+        *after,
+    ]
     if seen is not None and seen.load == "not-found":
         explaining.append(f"release {host.name}")
     if seen is not None and seen.ended:

@@ -112,7 +112,7 @@ def probed(master: str, **other: Any) -> dict[str, Any]:
         "command_types": [], "publishers": {}, "peers": [], "inputs": [], "pings": {},
         "nodes": [{"name": "/k3/driver", "topics": TOPICS}], "devices": ["/dev/null", "/dev/swarm/none"],
         "graph": None, "launched": {}, "images": {}, "advertised": "127.0.0.1", "restart_window": 600.0,
-        "checks": ["memory"], "clock": None,
+        "checks": ["memory"], "clock": None, "requires": [],
     }  # fmt: skip
     answer = probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
     assert mismatch(json.loads(json.dumps(answer)), ProbeAnswer) == "", "whatever nodes and masters say"
@@ -260,6 +260,19 @@ def test_a_systemd_that_does_not_answer_is_asked_once(
     assert answer["troubles"] == {"systemd": "does not answer"}
     assert answer["units"] is None
     assert answer["nodes"]["/k3/driver"]["alive"]
+
+
+def test_what_a_release_requires_and_the_host_lacks_is_named(
+    prefix: Path, graph: tuple[FakeRos, str]
+) -> None:
+    """The test for it is the one before a deploy; files of a package alone make it one that is there."""
+    share = prefix / "usr/share/tf2_ros"
+    share.mkdir(parents=True)
+    (share / "package.xml").touch()
+    wanted = ["package:tf2_ros", "package:move_base", "workspace:/home/robot/ws", "podman"]
+    assert probed(graph[1], requires=wanted)["lacks"] == wanted[1:]
+    (share / "package.xml").unlink()
+    assert probed(graph[1], requires=wanted)["lacks"] == wanted
 
 
 def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRos, str]) -> None:

@@ -67,7 +67,7 @@ class ProbeRequest(TypedDict):
     host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by unit;
     ``checks``: modules of swarm_onboard.host_checks; ``clock``: s to listen to the clock of simulated time, 0
     where time is not simulated, null where the host runs no master; ``pings``: addresses of other hosts, with
-    the s for which they are pinged.
+    the s for which they are pinged; ``requires``: what the units of the release need to start.
     """
 
     verb: Literal["probe"]
@@ -92,6 +92,7 @@ class ProbeRequest(TypedDict):
     checks: list[str]
     clock: float | None
     pings: dict[str, float]
+    requires: list[str]
 
 
 class MasterAnswer(TypedDict, total=False):
@@ -377,7 +378,7 @@ class ProbeAnswer(GraphAnswer, total=False):
     ``stopped``: by unit, the processes that a signal or a debugger has stopped; ``environments``: by unit, in
     words, which ROS variables of its main process differ from the release; ``latches``: by robot that
     `swarmctl stop` has stopped, who did and when, in s since 1970; ``drift``: from the current release;
-    ``checks``: what those in the request have observed.
+    ``checks``: what those in the request have observed; ``lacks``: what it requires and the host has not.
     """
 
     release: str | None
@@ -390,6 +391,7 @@ class ProbeAnswer(GraphAnswer, total=False):
     latches: dict[str, LatchAnswer] | None
     change: ChangeAnswer | None
     drift: Drift | None
+    lacks: list[str] | None
     checks: dict[str, list[Any]]
     load: LoadAnswer | None
     pings: dict[str, PingAnswer] | None

@@ -15,9 +15,9 @@ from swarm_onboard.agent import (
     known_keys,
     lock,
     motion_gate,
-    packages,
     platforms,
     preflight,
+    requirements,
     secrets,
     system_links,
     systemd,
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
 LONGEST_TEXT = 64 << 10
 LONGEST_TEXTS = 512 << 10
-_LOCAL = "/usr/local/lib"
 
 
 def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAnswer:
@@ -88,7 +87,6 @@ def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAn
 def facts(home: Home, requires: Iterable[str] = (), wants: Iterable[str] = ()) -> Facts:
     """The host itself: its system, its free space, its ROS, and which of the requirements it has."""
     programs = preflight.found(wants, home.outside)
-    modules = _modules("rospy", "serial", "tf2_msgs")
     machine = os.uname()
     space = os.statvfs(_existing(home.path))
     with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
@@ -104,37 +102,12 @@ def facts(home: Home, requires: Iterable[str] = (), wants: Iterable[str] = ()) -
         "free_bytes": space.f_bavail * space.f_frsize,
         "free_inodes": space.f_favail,
         "has": {
-            **preflight.found(requires, home.outside),
-            "roscore": _roscore(),
-            "rospy": modules["rospy"],
-            "pyserial": modules["serial"],
-            "tf2_msgs": modules["tf2_msgs"],
-            **packages.found(requires, home.outside),
+            **requirements.found(requires, home.outside),
             **programs,
         },
         "absent": system_links.absent(home),
         "platform": platforms.platform(home.outside),
         **preflight.standing(programs, home.outside),
-    }
-
-
-def _roscore() -> str | None:
-    of_ros = (f"{platforms.ROS}/{one}/bin" for one in platforms.distributions(str))
-    places = (f"{folder}/roscore" for folder in (*os.get_exec_path(), *of_ros))
-    return next((place for place in places if os.access(place, os.X_OK)), None)
-
-
-def _modules(*names: str) -> dict[str, str | None]:
-    """Where each Python module lies that a driver may import."""
-    local = sorted(os.listdir(_LOCAL)) if os.path.isdir(_LOCAL) else []
-    folders = [
-        *(f"{platforms.ROS}/{one}/lib/python3/dist-packages" for one in platforms.distributions(str)),
-        "/usr/lib/python3/dist-packages",
-        *(f"{_LOCAL}/{one}/dist-packages" for one in local if one.startswith("python3")),
-    ]
-    return {
-        name: next((f"{folder}/{name}" for folder in folders if os.path.exists(f"{folder}/{name}")), None)
-        for name in names
     }
 
 

@@ -21,6 +21,7 @@ from swarm_onboard.agent import (
     pings,
     process_environment,
     processor_work,
+    requirements,
     stop_latches,
     systemd,
     unit_history,
@@ -32,7 +33,7 @@ from swarm_onboard.agent.rpc import Report
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, Callable, Mapping
+    from typing import Any, Callable, Iterable, Mapping
 
     from swarm_onboard.agent.messages import Drift
     from swarm_onboard.agent.probe_messages import DeviceAnswer, ProbeAnswer, ProbeRequest
@@ -80,6 +81,7 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     answer["release"] = part("release", home.current)
     answer["change"] = part("change", lambda: {**deployed.last_change(home), "holder": lock.holder(home)})
     answer["drift"] = part("files", lambda: _drift(home))
+    answer["lacks"] = part("requirements", lambda: _lacks(request["requires"], home))
     checks = {name: part(name, partial(_observed, name, home)) for name in request["checks"]}
     answer["checks"] = {name: found for name, found in checks.items() if found is not None}
     answer["latches"] = part(
@@ -99,6 +101,11 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
 def _observed(check: str, home: Home) -> list[dict[str, Any]]:
     module = importlib.import_module(f"swarm_onboard.host_checks.{check}")
     return [one._asdict() for one in module.observe(home)]
+
+
+def _lacks(requires: Iterable[str], home: Home) -> list[str]:
+    places = requirements.found(requires, home.outside)
+    return [one for one in requires if not places.get(one)]
 
 
 def _drift(home: Home) -> Drift | None:
