@@ -41,8 +41,8 @@ _PACKED = b"z:"
 _SIGNALLED = 128  # what a shell adds to the number of the signal that ended a command
 _LONGEST_QUOTE = 300  # characters of what a host prints instead of an answer
 _OTHER_COMMAND = (
-    "look at the login shell of the account, and for a forced command (`command=` in authorized_keys, "
-    "ForceCommand in sshd_config)"
+    "look at the login shell of the account (`usermod -s /bin/bash ACCOUNT` on the host gives it another), "
+    "and for a forced command (`command=` in authorized_keys, ForceCommand in sshd_config)"
 )
 _LONGEST_ANSWER = 8 << 20  # unpacked; an answer with the contents of a release is the longest
 
@@ -314,6 +314,13 @@ def _no_answer(word: str, done: Output) -> HostError:
     # Killed, for want of memory for example, it may answer the same request the next time.
     killed = done.status is not None and (done.status < 0 or done.status > _SIGNALLED)
     kind = Kind.LOST if killed else Kind.PROTOCOL
+    if not killed and not word and not done.stdout and not done.stderr:
+        return HostError(
+            kind,
+            f"the login shell of the account ended with status {done.status} and printed nothing, "
+            "as /bin/false does: probably it runs no commands",
+            _OTHER_COMMAND,
+        )
     hint = "" if complaint or not printed else _OTHER_COMMAND
     return HostError(kind, f"the agent ended without an answer (status {done.status}){detail}", hint)
 

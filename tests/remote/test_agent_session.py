@@ -171,6 +171,19 @@ def test_what_a_host_prints_instead_of_an_answer_is_shown(
     assert "forced command" in caught.value.hint
 
 
+@pytest.mark.parametrize("program", ["false", "true"])
+def test_a_login_shell_that_runs_no_command_is_named(program: str, spare: Path, transport: AnySsh) -> None:
+    with (
+        servers.running(spare, extra=f"ForceCommand {program}") as server,
+        transport.connect(server.target()) as session,
+        agent_client.agent_session(session) as agent,
+        pytest.raises(HostError) as caught,
+    ):
+        agent.request(OBSERVE, timeout=PATIENCE)
+    assert "as /bin/false does" in caught.value.message
+    assert "usermod -s" in caught.value.hint
+
+
 def test_a_umask_of_the_login_does_not_hide_a_release(spare: Path, host: FakeHost, transport: AnySsh) -> None:
     extra = f'{environment(host)}\nForceCommand umask 0077; eval "$SSH_ORIGINAL_COMMAND"'
     with (
