@@ -339,7 +339,8 @@ def test_every_emulated_robot_matches_its_shipped_type(name: str) -> None:
     robot_type = robot_type.model_copy(update=unhurried)  # the emulator may get no processor for long
     with Port(emulator(EMULATED_AS.get(name, name))) as port:
         config = config_for(robot_type, name, str(port.path), None, "")
-        bench = PolledBench(config, firmware_dead_man=False, pace=FAST)
+        bench = PolledBench(config, firmware_dead_man=robot_type.firmware_dead_man, pace=FAST)
         results = list(run_checks(bench, POLLED_CHECKS))
         assert not port.snapshot().v
+    assert [one.verdict for one in results if one.check == "driver killed in motion"] == [Verdict.OK]
     assert [one for one in results if one.verdict is Verdict.FAIL] == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 
 import pytest
 import yaml
@@ -15,6 +16,7 @@ from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import RobotSettings, merged
 from swarmctl.spec.catalog import load_catalog
+from tests import ROOT
 from tests.onboard.driver.fakes import TYPES, config_for, params_for, ros_name
 
 
@@ -167,3 +169,11 @@ def test_the_link_may_set_another_baud_rate():
 @pytest.mark.parametrize("file", sorted((onboard() / "driver").rglob("*.py")), ids=lambda file: file.name)
 def test_drivers_are_written_for_the_python_of_ros_noetic(file):
     ast.parse(file.read_text(), feature_version=(3, 8))
+
+
+def test_the_page_says_which_types_drive_on_without_a_host():
+    page = (ROOT / "docs/dead-man.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`.*`) \| (drives on|stands)", page, re.MULTILINE)
+    shown = {name: words == "stands" for names, words in rows for name in re.findall(r"`([^`]+)`", names)}
+    types = with_protocol(load_catalog().types)
+    assert shown == {name: one.firmware_dead_man for name, one in types.items()}
