@@ -27,14 +27,19 @@ class Seen(NamedTuple):
 
 def observe(home: Home) -> list[Seen]:
     """Binds a socket to what the release has nodes advertise; nothing without a release or a middleware."""
+    name = advertised(home)
+    if not name:
+        return []
+    if _is_own(name):
+        return [Seen(name, True, [])]
+    return [Seen(name, False, command.output_of(["hostname", "-I"]).split())]
+
+
+def advertised(home: Home) -> str:
+    """Returns the address or name that the release has nodes advertise; empty text if none."""
     content = files.read(f"{home.current_link}/{environment_file.ROS}") or b""
     variables = environment_file.variables_in(content.decode("utf-8", "replace"))
-    advertised = next((variables[name] for name in _NAMES if name in variables), "")
-    if not advertised:
-        return []
-    if _is_own(advertised):
-        return [Seen(advertised, True, [])]
-    return [Seen(advertised, False, command.output_of(["hostname", "-I"]).split())]
+    return next((variables[name] for name in _NAMES if name in variables), "")
 
 
 def _is_own(name: str) -> bool:
