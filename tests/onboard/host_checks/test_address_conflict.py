@@ -102,14 +102,14 @@ def test_other_packets_are_no_conflict(
     assert observe(host(tmp_path)) == [Seen("10.0.0.5", [])]
 
 
-def test_a_probe_tells_nobody_an_address() -> None:
-    """Its sender's address is empty, so no machine learns from it."""
+def test_a_probe_has_no_address_of_its_sender() -> None:
+    """So no machine takes the asking one for the owner."""
     frame = probe(OWN, "10.0.0.5")
     assert (len(frame), frame[28:32], frame[38:42]) == (42, bytes(4), socket.inet_aton("10.0.0.5"))
     assert sender(frame, "10.0.0.5") == ""
 
 
-def test_interfaces_without_arp_are_not_asked() -> None:
+def test_interfaces_without_arp_are_left_out() -> None:
     assert macs_in(LINKS) == {"wlan0": "02:00:00:00:00:0a"}
 
 

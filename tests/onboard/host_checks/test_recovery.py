@@ -9,9 +9,22 @@ from swarm_onboard.agent import record, recovery_unit
 from swarm_onboard.agent.release_store import Home
 from swarm_onboard.host_checks.recovery import judge, observe
 
+from tests.onboard.host_checks.hosts import program
 
-def host(folder: Path) -> tuple[Home, Path, Path]:
-    """A host with a release, as a deploy leaves it; its recovery unit and the link to that."""
+SITE = "/etc/systemd/system/swarm-recovery@new.service.d/site.conf"
+
+
+def host(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, drop_in: str | None = None
+) -> tuple[Home, Path, Path]:
+    """A host with a release, as a deploy leaves it; its recovery unit and the link to that.
+
+    Its systemctl shows a drop-in with this text.
+    """
+    (folder / SITE[1:]).parent.mkdir(parents=True)
+    (folder / SITE[1:]).write_text(drop_in or "")
+    shown = SITE if drop_in else ""
+    program(folder, monkeypatch, "systemctl", f"echo Id=swarm-recovery@new.service; echo DropInPaths={shown}")
     home = Home("new", str(folder))
     Path(home.state).mkdir(parents=True)
     Path(home.current_link).symlink_to("releases/0123456789abcdef")
@@ -53,8 +66,10 @@ FAULTS: dict[str, Callable[[Home, Path, Path], object]] = {
 
 
 @pytest.mark.parametrize("message", FAULTS)
-def test_a_host_that_undoes_nothing_at_boot_is_named(tmp_path: Path, message: str) -> None:
-    home, unit, link = host(tmp_path)
+def test_a_host_that_undoes_nothing_at_boot_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, message: str
+) -> None:
+    home, unit, link = host(tmp_path, monkeypatch)
     FAULTS[message](home, unit, link)
     (seen,) = observe(home)
     found = judge(seen, "pi")
@@ -63,8 +78,24 @@ def test_a_host_that_undoes_nothing_at_boot_is_named(tmp_path: Path, message: st
     assert judge(observe(home)[0], "pi").state == "bad"
 
 
-def test_a_unit_as_a_deploy_leaves_it_is_right(tmp_path: Path) -> None:
-    home, _, _ = host(tmp_path)
+def test_a_drop_in_that_changes_how_it_starts_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    home, _, _ = host(tmp_path, monkeypatch, "[Service]\nExecStart=\nExecStart=/bin/true\n")
+    found = judge(observe(home)[0], "pi")
+    assert (found.state, f"is changed: {SITE} has ExecStart=/bin/true" in found.message) == ("warning", True)
+    assert "remove the drop-in" in found.hint
+    Path(home.open_mark).touch()
+    assert judge(observe(home)[0], "pi").state == "bad"
+
+
+def test_a_drop_in_that_says_the_same_is_free(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    home, _, _ = host(tmp_path, monkeypatch, "[Service]\nTimeoutStartSec=2min\nNice=5\n")
+    assert judge(observe(home)[0], "pi").state == "ok"
+
+
+def test_a_unit_as_a_deploy_leaves_it_is_right(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    home, _, _ = host(tmp_path, monkeypatch)
     (seen,) = observe(home)
     assert judge(seen, "pi").state == "ok"
 

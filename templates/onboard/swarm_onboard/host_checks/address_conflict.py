@@ -34,7 +34,7 @@ class Seen(NamedTuple):
 def observe(home: Home) -> list[Seen]:
     """Asks the network who has the IPv4 address that nodes advertise; WireGuard, for example, has no ARP."""
     own = address.advertised(home)
-    if not _is_ipv4(own):
+    if not own:
         return []
     macs = macs_in(command.output_of(["ip", "-o", "link"], 3))
     placed = command.output_of(["ip", "-4", "-o", "address", "show", "to", own], 3).splitlines()
@@ -43,14 +43,6 @@ def observe(home: Home) -> list[Seen]:
         return [Seen(own, _others(name, own, frozenset(macs.values()))) for name in interfaces]
     except OSError:  # a container may not, or the interface is down
         return []
-
-
-def _is_ipv4(text: str) -> bool:
-    try:
-        socket.inet_pton(socket.AF_INET, text)
-    except OSError:
-        return False
-    return True
 
 
 def macs_in(links: str) -> dict[str, str]:
@@ -78,7 +70,7 @@ def _others(interface: str, own: str, macs: frozenset[str]) -> list[str]:
 
 
 def probe(mac: bytes, own: str) -> bytes:
-    """The frame that asks who has ``own``, without an address of the asking one, so that nobody notes it."""
+    """The frame that asks who has ``own``, without an address of who asks, so that no machine keeps it."""
     nobody = bytes(4)
     return (
         b"\xff" * 6 + mac + _ARP.to_bytes(2, "big") + _PROBE + mac + nobody + bytes(6) + socket.inet_aton(own)

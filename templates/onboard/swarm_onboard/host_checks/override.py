@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 
 from swarm_onboard.agent import files, systemd
 from swarm_onboard.agent.clip import clipped
@@ -29,6 +30,7 @@ _UNITS = "/etc/systemd/system"
 _SAFETY = (
     *("Exec", "Restart", "StartLimit", "WatchdogS", "Type", "NotifyAccess", "Kill", "SendSIG", "FinalKill"),
     *("Timeout", "TriggerLimit", "RuntimeMax", "SuccessExit", "RemainAfterExit", "OOMPolicy"),
+    *("Condition", "Assert"),
 )
 _ISOLATION = (
     *("User", "Group", "DynamicUser", "SupplementaryGroups", "NoNewPrivileges", "Capability", "Ambient"),
@@ -39,8 +41,10 @@ _ISOLATION = (
 #: Keys of which each assignment adds to those before, until an empty one.
 _LISTS = (
     *("Exec", "SupplementaryGroups", "Capability", "Ambient", "RestrictAddress", "SystemCallFilter"),
-    *("IPAddress", "DeviceAllow", "BindPaths", "ReadWritePaths"),
+    *("IPAddress", "DeviceAllow", "BindPaths", "ReadWritePaths", "Condition", "Assert"),
 )
+_SPAN = re.compile(r"(?:\s*\d+(?:\.\d+)?\s*(?:ms|s|min|h)?)+")  # systemd.time(7), without rarer units
+_SECONDS = {"ms": 0.001, "": 1.0, "s": 1.0, "min": 60.0, "h": 3600.0}
 _SAME = {"true": "yes", "on": "yes", "1": "yes", "false": "no", "off": "no", "0": "no"}
 
 
@@ -76,10 +80,15 @@ def _differences(home: Home, source: str, sha256: str, shown: dict[str, str]) ->
     # An edit of the release's own file is a finding of its own.
     if shown.get("NeedDaemonReload") == "yes" and files.digest_of(text) == sha256:
         yield "systemd has read another text than its files have now"
-    texts = {path: files.read(home.outside(path)) for path in shown.get("DropInPaths", "").split()}
+    yield from overridden(home, text, shown.get("DropInPaths", "").split())
+
+
+def overridden(home: Home, text: bytes, drop_ins: list[str]) -> Iterator[str]:
+    """Yields what each drop-in changes in how a unit with ``text`` starts, ends, is watched or isolated."""
+    texts = {path: files.read(home.outside(path)) for path in drop_ins}
     yield from (f"{path} cannot be read" for path, found in texts.items() if found is None)
-    drop_ins = {path: _assignments(found) for path, found in texts.items() if found is not None}
-    yield from _overridden(_assignments(text), drop_ins)
+    read = {path: _assignments(found) for path, found in texts.items() if found is not None}
+    yield from _overridden(_assignments(text), read)
 
 
 def _overridden(own: _Pairs, drop_ins: dict[str, _Pairs]) -> Iterator[str]:
@@ -100,9 +109,17 @@ def _in_force(key: str, assignments: _Pairs) -> list[str]:
     found: list[str] = []
     for name, value in assignments:
         if name == key:
-            found = [*(found if key.startswith(_LISTS) else ()), value] if value else []
+            found = [*(found if key.startswith(_LISTS) else ()), _span(key, value)] if value else []
     # Programs run, and filters of system calls apply, in their order.
     return found if key.startswith(("Exec", "SystemCall")) else sorted(set(found))
+
+
+def _span(key: str, value: str) -> str:
+    """Returns a time in s, however it is written."""
+    if not key.endswith("Sec") or not _SPAN.fullmatch(value):
+        return value
+    parts = re.findall(r"(\d+(?:\.\d+)?)\s*(ms|s|min|h|)", value)
+    return f"{sum(float(number) * _SECONDS[unit] for number, unit in parts):g}"
 
 
 def _assignments(content: bytes) -> _Pairs:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import zipfile
 
-from swarm_onboard.agent import files, record, recovery_unit
+from swarm_onboard.agent import files, record, recovery_unit, systemd
 from swarm_onboard.agent.named_tuple import NamedTuple
-from swarm_onboard.host_checks import Judged
+from swarm_onboard.host_checks import Judged, override
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,14 +20,19 @@ TABLE = (
         "the unit that undoes a change at boot is masked, changed, not linked, or lacks its code or record",
         "a warning, since the next change writes it anew; unhealthy while a change is open",
     ),
+    ("a drop-in changes how that unit starts or ends", "a warning; unhealthy while a change is open"),
 )
 
 
 class Seen(NamedTuple):
-    """What the unit lacks, in words, and whether a change is open that it may have to undo."""
+    """What the unit lacks, in words, and whether a change is open that it may have to undo.
+
+    ``drop_ins``: what drop-ins change in it, which the next deploy leaves.
+    """
 
     unit: str
     lacks: list[str]
+    drop_ins: list[str]
     open: bool
 
 
@@ -35,7 +40,11 @@ def observe(home: Home) -> list[Seen]:
     """Compares the unit with the one that this agent writes; nothing without a release."""
     if home.current() is None:
         return []
-    return [Seen(recovery_unit.name(home), list(_lacks(home)), os.path.exists(home.open_mark))]
+    unit, text = recovery_unit.name(home), recovery_unit.unit_text(home).encode("utf-8")
+    shown = systemd.properties([unit], ("Id", "DropInPaths")).get(unit, {})
+    changes = override.overridden(home, text, shown.get("DropInPaths", "").split())
+    drop_ins = [f"is changed: {one}" for one in changes]
+    return [Seen(unit, list(_lacks(home)), drop_ins, os.path.exists(home.open_mark))]
 
 
 def _lacks(home: Home) -> Iterator[str]:
@@ -66,9 +75,13 @@ def _is_whole(archive: str) -> bool:
 
 def judge(seen: Seen, host: str) -> Judged:
     """Names what keeps a host from undoing a change at boot."""
-    if not seen.lacks:
+    if not seen.lacks and not seen.drop_ins:
         return Judged("ok", f"{seen.unit} is ready")
-    text = f"{seen.unit} {', '.join(seen.lacks)}: a change that is interrupted is not undone at boot"
+    what = ", ".join([*seen.lacks, *seen.drop_ins])
+    text = f"{seen.unit} {what}: a change that is interrupted is not undone at boot"
+    if seen.drop_ins:
+        hint = f"on {host}, remove the drop-in, then: sudo systemctl daemon-reload"
+        return Judged("bad" if seen.open else "warning", text, hint)
     if seen.open:
         return Judged("bad", text, f"run swarmctl deploy, which settles the open change of {host}")
     return Judged("warning", text, "the next deploy that changes the host writes it anew")

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 _MOST_NAMES = 20  # adapters on one host
 _SERIAL_GROUP = "dialout"
-_ASK_SYSTEMD = ("command_record", "override")
+_ASK_SYSTEMD = ("command_record", "override", "recovery")
 
 
 def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer:
