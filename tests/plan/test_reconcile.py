@@ -10,7 +10,10 @@ from swarm_onboard.agent.messages import Transaction
 from swarmctl.plan.observed_host import NOTHING, Observed, UnitState
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.plan.reconcile import reconcile
+from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File, Unit, package, workspace
+from tests import ROOT
+from tests.loading import load_swarm
 
 FIT = {
     "systemd": True,
@@ -75,6 +78,20 @@ def test_one_changed_parameter_restarts_one_unit_and_says_why() -> None:
         f"activate {bundle(a='a2').digest}: replaces {bundle().digest}",
         "restart a.service: params/a.yaml changes",
     ]
+
+
+def test_no_changed_file_of_a_host_is_overlooked() -> None:
+    swarm, found = load_swarm(ROOT / "examples/paper-leader/swarm.yaml")
+    assert swarm is not None, found
+    for before in bundles(swarm).values():
+        for number, file in enumerate(before.files):
+            changed = replace(file, content=file.content + b"\n# changed\n", fixed=None)
+            files = (*before.files[:number], changed, *before.files[number + 1 :])
+            plan = reconcile(replace(before, files=files), running(before))
+
+            assert plan.targets(Kind.UPDATE) == (file.path,)
+            readers = {unit.name for unit in before.units if file.path in unit.needs}
+            assert readers <= {*plan.targets(Kind.RESTART), *plan.targets(Kind.RELOAD_UNIT)}, file.path
 
 
 def test_a_changed_environment_restarts_every_unit_that_reads_it() -> None:

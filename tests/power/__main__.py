@@ -31,6 +31,7 @@ def main() -> int:
         "--deploys-each", type=int, default=5, metavar="N", help="deploy again on each Nth image"
     )
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", action="store_true", help="end with the first that is wrong")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", action="store_true")
     chosen = parser.parse_args()
@@ -46,16 +47,25 @@ def main() -> int:
                 kinds = (False, True) if chosen.random and FILE_SYSTEMS[system].cuts else (False,)
                 jobs += [Job(system, log, number, kind) for log in chosen.log or LOGS for kind in kinds]
     began = time.monotonic()
-    effort = Effort(chosen.sparse, chosen.random, chosen.seed, chosen.deploys_each)
+    effort = Effort(chosen.sparse, chosen.random, chosen.seed, chosen.deploys_each, chosen.first)
     work = partial(run, known=expected(), effort=effort)
     with ProcessPoolExecutor(chosen.jobs, get_context("spawn"), max_tasks_per_child=1) as pool:
         done = pool.map(work, jobs)
-        rows = list(done if chosen.json else shown(done))
+        rows = list(until_wrong(done) if chosen.first else done if chosen.json else shown(done))
+        pool.shutdown(cancel_futures=True)
     if chosen.json:
         print(json.dumps([vars(row) for row in rows]))
     else:
         conclude(rows, time.monotonic() - began)
     return int(any(row.wrong for row in rows))
+
+
+def until_wrong(rows: Iterable[Row]) -> Iterator[Row]:
+    """Yields rows up to the first with something wrong."""
+    for row in rows:
+        yield row
+        if row.wrong:
+            return
 
 
 def shown(rows: Iterable[Row]) -> Iterator[Row]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import random
 import signal
 import subprocess
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -21,6 +20,7 @@ from tests.power.scenes import SCENES, Scene, follow
 from tests.timing import PATIENCE
 
 END = "after the answer"
+REACHED = "/mnt/reached"  # is made in place of a sync that was taken away
 RANDOM = ", random"  # ends the name of a row of cuts at random instants
 
 
@@ -68,16 +68,21 @@ class Bench:
         self.disk.attach()
         self.host = FakeHost(self.disk.mount / "host")
         self.disk.flush_log()
-        os.sync()
         self.disk.detach()
         self.blank = self.disk.snapshot()
 
-    def at_every_call(self, scene: Scene, log: str, sparse: int = 1) -> Row:
-        """Cuts before each system call of ``scene`` that changes files, one of ``sparse``, and at the end."""
+    def at_every_call(self, scene: Scene, log: str, sparse: int = 1, *, first: bool = False) -> Row:
+        """Cuts before each system call of ``scene`` that changes files, one of ``sparse``, and at the end.
+
+        With ``first`` a sync was taken away: a scene without it is not cut, and the first loss ends another.
+        """
         row = Row(self.disk.kind, log, scene.name)
         seen: dict[object, tuple[Finding, str]] = {}
-        for number, cut in enumerate(self._recorded(scene, log)):
-            if cut.at != END and number % sparse:
+        cuts = self._recorded(scene, log)
+        if first and not Path(REACHED).exists():
+            return row
+        for number, cut in enumerate(cuts):
+            if (cut.at != END and number % sparse) or (first and row.wrong):
                 continue
             key = (identity(cut.snapshot), cut.at == END)
             if key not in seen:
@@ -95,6 +100,7 @@ class Bench:
         for number in range(times + 1):
             self.disk.restore(base)
             self.disk.attach()
+            scene.unwritten(self.host)
             began = time.monotonic()
             process = self._started(scene)
             if number == 0:  # the measure of the others
@@ -119,10 +125,12 @@ class Bench:
         self.disk.detach()
         return self.disk.snapshot()
 
-    def _recorded(self, scene: Scene, log: str) -> Iterator[Cut]:
+    def _recorded(self, scene: Scene, log: str) -> list[Cut]:
         """Runs the scene once; what a cut at each instant leaves on the disk."""
         self.disk.restore(self._prepared(scene))
         self.disk.attach()
+        scene.unwritten(self.host)
+        Path(REACHED).unlink(missing_ok=True)
         found: list[Cut] = []
 
         def before(call: str) -> None:
@@ -137,7 +145,7 @@ class Bench:
         before(END)
         self.disk.detach()
         assert status == 0, f"{scene.name} ended with {status}"
-        return iter(found)
+        return found
 
     def _started(self, scene: Scene) -> subprocess.Popen[bytes]:
         command, environment, given = scene.process(self.host)
@@ -157,11 +165,13 @@ class Bench:
         row.images += 1
         self.disk.attach()
         try:
-            complaint = boot(self.host, 2)
-            finding = look(self.host, self.known)
-            problem = complaint or "; ".join(finding.faults)
+            try:
+                problem = boot(self.host, 2)
+                finding = look(self.host, self.known)
+            except (OSError, ValueError, LookupError) as error:  # a lost file, or text
+                problem, finding = "", Finding("mixed", "", (repr(error),))
             if not problem and finding.state not in ({scene.ends} if ended else scene.may):
-                problem = f"the host is {finding.state}"
+                problem = "; ".join(finding.faults) or f"the host is {finding.state}"
             if not problem and row.images % self.deploys_each == 0:
                 row.deploys += 1
                 problem = self._next_deploy(finding)
@@ -171,12 +181,14 @@ class Bench:
 
     def _next_deploy(self, found: Finding) -> str:
         """Deploys to a host that was cut. Returns what is wrong with the result."""
-        before = STATES[found.release].bundle if found.release in STATES else None
-        reply = self.host.ask(*follow(before, LAST, KNOWN if found.keys else ""))
+        # A release that was to be repaired is the old one.
+        before = None if found.release == "none" else STATES.get(found.release, STATES["old"]).bundle
+        keys = KNOWN if found.keys or any("wireguard" in one for one in found.leftovers) else ""
+        reply = self.host.ask(*follow(before, LAST, keys))
         if reply.error or reply.status:
             return f"the next deploy fails: {reply}"
         finding = look(self.host, self.known)
-        if finding.release != "last" or bool(finding.keys) != bool(found.keys) or finding.leftovers:
+        if finding.release != "last" or bool(finding.keys) != bool(keys) or finding.leftovers:
             return f"after the next deploy: {finding}"
         return ""
 
@@ -192,12 +204,13 @@ class Job(NamedTuple):
 
 class Effort(NamedTuple):
     """Of ``sparse`` system calls one is cut; each scene has ``times`` cuts at random instants, drawn from
-    ``seed``; a further deploy follows on one of ``deploys_each`` images."""
+    ``seed``; a further deploy follows on one of ``deploys_each`` images; ``first``: see ``at_every_call``."""
 
     sparse: int
     times: int
     seed: int
     deploys_each: int
+    first: bool
 
 
 def run(job: Job, known: Mapping[str, dict[str, str]], effort: Effort) -> Row:
@@ -206,4 +219,4 @@ def run(job: Job, known: Mapping[str, dict[str, str]], effort: Effort) -> Row:
         bench = Bench(folder, job.system, known, effort.deploys_each)
         if job.at_random:
             return bench.at_random(SCENES[job.scene], job.log, effort.times, effort.seed)
-        return bench.at_every_call(SCENES[job.scene], job.log, effort.sparse)
+        return bench.at_every_call(SCENES[job.scene], job.log, effort.sparse, first=effort.first)

@@ -40,6 +40,8 @@ KNOWN, RETIRED = line("pi", PI), line("pi", PI, retired=True)
 #: The WireGuard keys that a host may have, by what the name of a state has of them.
 KEYS = {
     "": {},
+    ", key of pi": {"keys": KNOWN},
+    ", key": {"key": OWN, "keys": KNOWN},
     ", next key": {"key": OWN, "key.next": NEXT, "keys": KNOWN},
     ", next key, pi expelled": {"key": OWN, "key.next": NEXT, "keys": RETIRED},
     ", new key, pi expelled": {"key": NEXT, "keys": RETIRED},
@@ -69,6 +71,7 @@ _DRAFT = ".swarm-new"
 _SECRETS = "swarm/new/secrets"
 _SETS = "swarm/new/secret-sets/"
 _KEYS = "swarm/new/wireguard."
+_LATCH = "swarm/new/stopped/koala"
 
 
 class Finding(NamedTuple):
@@ -78,12 +81,13 @@ class Finding(NamedTuple):
     release: str
     keys: str
     faults: tuple[str, ...]
-    leftovers: tuple[str, ...]
+    leftovers: tuple[str, ...] = ()
+    latched: bool = False
 
     @property
     def state(self) -> str:
         """What it has, in words."""
-        return self.release + self.keys
+        return self.release + self.keys + (", koala stopped" if self.latched else "")
 
 
 def outside(host: FakeHost) -> dict[str, str]:
@@ -125,6 +129,7 @@ def look(host: FakeHost, known: Mapping[str, dict[str, str]]) -> Finding:
     digest = current.readlink().name if current.is_symlink() else None
     keys = {name: etc.pop(name) for name in list(etc) if name.startswith(_KEYS)}
     etc = {name: text for name, text in etc.items() if _DRAFT not in name}
+    latched = etc.pop(_LATCH, None) is not None
     chosen = seen.get(_SECRETS, "").rpartition("/")[2]
     state = _state(digest, _values(seen, chosen))
     faults = [f"current is {state}", *_differences(etc, known[state])] if etc != known[state] else []
@@ -146,7 +151,7 @@ def look(host: FakeHost, known: Mapping[str, dict[str, str]]) -> Finding:
     leftovers += _leftovers(host)
     whole = next((name for name, one in KEYS.items() if keys == _stored(one)), None)
     faults += [f"the keys of WireGuard are {keys}"] if whole is None else []
-    return Finding("mixed" if faults else state, whole or "", tuple(faults), tuple(leftovers))
+    return Finding("mixed" if faults else state, whole or "", tuple(faults), tuple(leftovers), latched)
 
 
 def _stored(keys: Mapping[str, str]) -> dict[str, str]:

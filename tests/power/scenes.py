@@ -6,7 +6,10 @@ import json
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
+
+from swarm_onboard.agent import files
 
 from swarmctl.render.bundle import Bundle
 from tests.onboard.agent.fakehost import BOOT, NO_SECRETS, FakeHost, message_for
@@ -33,21 +36,25 @@ WG = f"""#!/bin/sh
 case $1 in pubkey) exec cat ;; genkey) [ -e $SWARM_PREFIX/made ] && exec echo {NEXT} ;; *) exit ;; esac
 touch $SWARM_PREFIX/made; echo {OWN}
 """
-_KEY = {"verb": "wireguard_key", "swarm": "new"}
 
 Message = tuple[dict[str, Any], bytes]
+_KEY = {"verb": "wireguard_key", "swarm": "new"}
+_KOALA = {"swarm": "new", "robots": ["koala"], "others": False}
+_STOP: Message = ({"verb": "stop", "who": "someone@laptop", "patience": 0.0, **_KOALA}, b"")
 
 
 @dataclass(frozen=True)
 class Scene:
-    """``prepare`` brings the host to where it begins. ``message`` is then sent to the agent; without one the
-    recovery unit runs in boot 1. ``may``: the states after a cut; ``ends``: the state after the answer."""
+    """``prepare`` brings the host to where it begins; ``unwritten`` is what it did last, which nobody has had
+    written to the disk. ``message`` is then sent to the agent; without one the recovery unit runs in boot 1.
+    ``may``: the states after a cut; ``ends``: the state after the answer."""
 
     name: str
     prepare: Callable[[FakeHost], None]
     message: Message | None
     may: frozenset[str]
     ends: str
+    unwritten: Callable[[FakeHost], None] = lambda _: None
 
     def process(self, host: FakeHost) -> tuple[list[str], dict[str, str], bytes]:
         """Returns the command that is cut, its environment and its input."""
@@ -97,12 +104,48 @@ def _not_driving(host: FakeHost) -> None:
     (host.prefix / "units/koala.service").unlink()
 
 
-def _next_key(host: FakeHost) -> None:
-    """The host has a key and the next one, and knows that of a peer."""
+def _damaged(host: FakeHost) -> None:
+    """Of the release a file is damaged, one is lost, and one is not of it."""
     _old(host)
+    release = host.prefix / f"opt/swarm/new/releases/{OLD.digest}"
+    (release / "params/koala.yaml").write_text("version: 9\n")
+    (release / "hosts").unlink()
+    (release / "stray").touch()
+
+
+def _stopped(host: FakeHost) -> None:
+    _old(host)
+    sent(host, _STOP)
+
+
+def _with_wg(host: FakeHost) -> None:
     wg = host.prefix / "bin/wg"
     wg.write_text(WG)
     wg.chmod(0o755)
+
+
+def _in_use(host: FakeHost) -> None:
+    """A driver was killed a moment ago: its socket is there, and does not answer."""
+    _old(host)
+    folder = host.prefix / "run/swarm-new.koala"
+    folder.mkdir()
+    (folder / "motion").touch()
+
+
+def _killed_after_learning(host: FakeHost) -> None:
+    """An agent was killed before it had the name of its new file written."""
+    keys = host.prefix / "etc/swarm/new/wireguard.keys"
+    keys.parent.mkdir(parents=True, exist_ok=True)
+    draft = files.draft(str(keys))
+    files.write_new(draft, KNOWN.encode(), 0o644)
+    files.sync(draft)
+    Path(draft).rename(keys)
+
+
+def _next_key(host: FakeHost) -> None:
+    """The host has a key and the next one, and knows that of a peer."""
+    _old(host)
+    _with_wg(host)
     sent(host, ({**_KEY, "known": KNOWN}, b""))
     sent(host, ({**_KEY, "make_next": True}, b""))
 
@@ -169,6 +212,7 @@ _BACK: Message = (
 )
 _MORE = change(OLD, MORE_FILES, start=[], files_only=True)
 _TUNE = change(OLD, TUNED, FIRST, start=[], reload_units=["koala.service"])
+_REPAIR = change(OLD, OLD, start=[], restart=["koala.service"])
 _EITHER = frozenset({"old", "new"})
 
 SCENES = (
@@ -217,6 +261,45 @@ SCENES = (
         ({**_KEY, "expel": "pi", "use": NEXT}, b""),
         frozenset({"old, next key", "old, next key, pi expelled", "old, new key, pi expelled"}),
         "old, new key, pi expelled",
+    ),
+    Scene(
+        "first key",
+        _with_wg,
+        ({**_KEY, "known": KNOWN}, b""),
+        frozenset({"none", "none, key of pi", "none, key"}),
+        "none, key",
+    ),
+    Scene(
+        "first key, after a kill",
+        _with_wg,
+        ({**_KEY, "known": KNOWN}, b""),
+        frozenset({"none", "none, key of pi", "none, key"}),
+        "none, key",
+        _killed_after_learning,
+    ),
+    Scene(
+        "restart, after a kill",
+        _old,
+        (change(OLD, OLD, start=[], restart=["koala.service"], wireguard_keys=KNOWN)[0], b""),
+        frozenset({"old", "old, key of pi"}),
+        "old, key of pi",
+        _killed_after_learning,
+    ),
+    Scene("repair", _damaged, _REPAIR, frozenset({"mixed", "old"}), "old"),
+    Scene("stop", _old, _STOP, frozenset({"old", "old, koala stopped"}), "old, koala stopped"),
+    Scene(
+        "stop of a robot in use",
+        _in_use,
+        ({"verb": "motion", "who": "someone@laptop", "stop": True, **_KOALA}, b""),
+        frozenset({"old", "old, koala stopped"}),
+        "old, koala stopped",
+    ),
+    Scene(
+        "start",
+        _stopped,
+        ({"verb": "start", **_KOALA}, b""),
+        frozenset({"old", "old, koala stopped"}),
+        "old",
     ),
     Scene("remove", _old, _REMOVE, frozenset({"old", "none"}), "none"),
     Scene("remove, at boot", _died(_REMOVE, "after:withdraw"), None, frozenset({"none"}), "none"),

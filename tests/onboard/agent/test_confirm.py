@@ -233,8 +233,11 @@ def test_a_first_release_that_nobody_confirms_leaves_nothing(tmp_path: Path) -> 
     assert host.observe()["releases"] == []
 
 
-def test_the_recovery_of_a_closed_change_is_ready_before_it_waits(host: FakeHost) -> None:
+@pytest.mark.parametrize("is_open", [False, True])
+def test_the_recovery_unit_is_ready_before_it_waits_for_an_agent(host: FakeHost, is_open: bool) -> None:
     """Its start is waited for by the agent, which holds the lock."""
+    if is_open:
+        apply(host)
     address = host.prefix / "notify"
     with (
         socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notified,
@@ -243,12 +246,26 @@ def test_the_recovery_of_a_closed_change_is_ready_before_it_waits(host: FakeHost
         notified.bind(str(address))
         notified.settimeout(PATIENCE)
         fcntl.flock(held, fcntl.LOCK_EX)
-        host.boot(1)
         with host.recovering(NOTIFY_SOCKET=str(address)) as process:
-            assert notified.recv(100) == b"READY=1"
-            assert process.poll() is None
-            fcntl.flock(held, fcntl.LOCK_UN)
+            try:
+                assert notified.recv(100) == b"READY=1"
+                assert process.poll() is None
+            finally:
+                fcntl.flock(held, fcntl.LOCK_UN)
+                ask(host, "confirm")
             assert process.wait(PATIENCE) == 0
+
+
+def test_a_change_of_an_earlier_boot_is_undone_before_units_start(host: FakeHost) -> None:
+    apply(host)
+    host.boot(1)
+    address = host.prefix / "notify"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notified:
+        notified.bind(str(address))
+        notified.settimeout(PATIENCE)
+        with host.recovering(NOTIFY_SOCKET=str(address)):
+            assert notified.recv(100) == b"READY=1"
+            assert (host.prefix / "opt/swarm/new/current").readlink().name == OLD.digest
 
 
 # Races

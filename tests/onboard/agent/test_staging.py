@@ -15,11 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from swarm_onboard.agent import disk
+from swarm_onboard.agent import disk, files
 from swarm_onboard.agent.errors import RefusedError
 from swarm_onboard.agent.files import digest_of
 from swarm_onboard.agent.manifest import parse
+from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.staging import unpack
+from swarm_onboard.agent.verbs import apply
 
 from swarmctl.remote import agent_client
 from swarmctl.render.bundle import Bundle, File
@@ -192,6 +194,22 @@ def test_a_full_disk_is_noticed_before_anything_is_written(
         assert reply.error["hint"].endswith(f" {'in' if 'KiB' in message else 'from'} {place}")
         assert host.observe()["releases"] == []
         assert host.calls() == []
+
+
+def test_a_disk_that_does_not_keep_what_was_written_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    host, following = FakeHost(tmp_path), bundle("2")
+    host.apply(bundle("1"))
+    monkeypatch.setenv("SWARM_PREFIX", str(tmp_path))
+    monkeypatch.setattr(files, "sync_disk", lambda folder: (Path(folder) / "hosts").write_bytes(b"\0" * 12))
+    request = request_for(following, previous=bundle("1").digest)
+
+    with pytest.raises(RefusedError, match="hosts did not reach the disk as it was sent"):
+        apply.handle({**request, "secrets": 0}, payload_of(following), Report("n"))
+
+    assert host.observe()["release"] == bundle("1").digest
+    assert host.observe()["releases"] == [bundle("1").digest]
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting needs root")
