@@ -56,10 +56,10 @@ function ownerOf(finding) {
   return finding.program ? `program:${finding.program}` : `host:${finding.host}`;
 }
 
-/** The state of a node: that of the last look, unless its robot has reported a trouble since. */
+/** The state of a node: that of the last look; unknown if its robot has reported a trouble since. */
 function stateOf(id, rows) {
   const state = rows.get(id)?.state;
-  return isNewTrouble(id, state) ? "bad" : state;
+  return isNewTrouble(id, state) ? "unknown" : state;
 }
 
 function showStates() {
@@ -95,7 +95,7 @@ function showFindings() {
   document.getElementById("no-findings").hidden = list.length > 0;
 }
 
-/** The state in words, and how old it is. What robots report at once counts before the next look shows it. */
+/** The state in words, and how old it is. What robots report shows at once; the next look decides its state. */
 function showState() {
   if (!look) return;
   const age = Math.round(look.age + (clock() - look.came) / 1000);
@@ -103,7 +103,7 @@ function showState() {
   const fresh = troubles();
   let state = look.status.healthy ? (count ? "warning" : "ok") : "bad";
   let words = look.status.healthy ? (count ? `healthy, ${count} to look at` : "healthy") : `not healthy, ${count} to look at`;
-  if (state !== "bad" && fresh.length) [state, words] = ["bad", fresh.join("; ")];
+  if (state !== "bad" && fresh.length) [state, words] = ["unknown", fresh.join("; ")];
   const place = document.getElementById("state");
   if (place.dataset.text !== state + words) {
     place.dataset.text = state + words;

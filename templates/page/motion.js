@@ -57,7 +57,7 @@ ADD_DETAILS.push((node) => {
   const trouble = troubleOf(node.id);
   const isNew = trouble && look && isNewTrouble(node.id, rowsOf(look.status).get(node.id)?.state);
   return [
-    ...(isNew ? [element("p", {}, mark("bad"), ` ${trouble}`)] : []),
+    ...(isNew ? [element("p", {}, mark("unknown"), ` ${trouble}`)] : []),
     ...(robot.held ? [element("p", {}, "stopped by swarmctl stop")] : []),
     ...(robot.battery === null ? [] : [element("p", {}, `battery ${Math.round(100 * robot.battery)} %`)]),
   ];

@@ -162,7 +162,7 @@ def test_what_a_robot_reports_shows_before_the_next_look(shown: tuple[Page, Page
     expect(page.locator("#state")).to_have_text("healthy")
     pages.send("telemetry", {"robots": {"k3": report(trouble="no answer")}, "missing": []})
     expect(page.locator("#state")).to_have_text("k3: no answer")
-    expect(node(page, "robot:k3")).to_have_attribute("aria-label", "robot k3, khepera3: bad")
+    expect(node(page, "robot:k3")).to_have_attribute("aria-label", "robot k3, khepera3: unknown")
     pages.send("telemetry", {"robots": {"k3": report(), "epuck": report()}, "missing": ["epuck"]})
     expect(page.locator("#state")).to_have_text("epuck: its device is missing")
     pages.send("telemetry", {"robots": {"k3": report(), "epuck": report()}, "missing": []})
@@ -173,7 +173,7 @@ def test_a_look_that_finds_nothing_decides(shown: tuple[Page, Pages]) -> None:
     page, pages = shown
     pages.send("status", well())
     pages.send("telemetry", {"robots": {"k3": report(trouble="no odometry")}, "missing": []})
-    expect(node(page, "robot:k3")).to_have_attribute("data-state", "bad")
+    expect(node(page, "robot:k3")).to_have_attribute("data-state", "unknown")
     pages.send("status", well())
     # The robot goes on to report it.
     pages.send("telemetry", {"robots": {"k3": report(trouble="no odometry", battery=0.5)}, "missing": []})
@@ -192,7 +192,7 @@ def test_a_warning_gives_way_to_a_new_trouble_until_a_look(shown: tuple[Page, Pa
     pages.send("status", warned)
     expect(node(page, "robot:k3")).to_have_attribute("data-state", "warning")
     pages.send("telemetry", {"robots": {"k3": report(trouble="no answer")}, "missing": []})
-    expect(node(page, "robot:k3")).to_have_attribute("data-state", "bad")
+    expect(node(page, "robot:k3")).to_have_attribute("data-state", "unknown")
     pages.send("status", warned)  # of a robot that is optional
     expect(node(page, "robot:k3")).to_have_attribute("data-state", "warning")
 
