@@ -31,7 +31,7 @@ LABS := $(shell expr $$(nproc) \* 2 + 1)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test test-all check busy power-cuts races scorecard attacks experiments dead-man faults motion fuzz lint format generated man bench bench-tools lock audit clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools page-tools
+.PHONY: demo test test-all check busy power-cuts unsynced races scorecard attacks experiments dead-man faults motion fuzz lint format generated man bench bench-tools lock audit clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools page-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -43,7 +43,7 @@ demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it; ROS
 test: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools lint ## lint, then every test; what fails is run once more, alone
 	$(BIN)/python -m tests.run --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
-test-all: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools lint power-cuts races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab
+test-all: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools lint power-cuts unsynced races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab
 	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-5000} $(BIN)/python -m tests.run --all --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
 check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
@@ -55,6 +55,9 @@ busy: $(VENV)/.dev ## the fast tests beside 8 busy processes: none may fail for 
 
 power-cuts: $(VENV)/.dev power-tools ## cut the power of a host at every system call of its changes, and look after the next boot (needs root)
 	$(SUDO) $(BIN)/python -m tests.power $(POWER_ARGS)
+
+unsynced: $(VENV)/.dev power-tools ## take away each sync of a host's changes in turn: a power cut must show it (needs root)
+	$(SUDO) $(BIN)/python -m tests.power.unsynced
 
 experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times; SWARM_SECURITY=sealed for sealed ones (needs root)
 	$(BIN)/pytest -m lab tests/e2e/test_paper.py $(PYTEST_ARGS)

@@ -24,7 +24,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.power", description=__doc__)
     parser.add_argument("--system", action="append", choices=FILE_SYSTEMS, help="default: all")
     parser.add_argument("--scene", action="append", choices=[one.name for one in SCENES], help="default: all")
-    parser.add_argument("--log", action="append", choices=LOGS, help="what a cut does to it; default: both")
+    parser.add_argument("--log", action="append", choices=LOGS, help="what a cut leaves of it; default: all")
     parser.add_argument("--sparse", type=int, default=1, metavar="N", help="cut at each Nth system call")
     parser.add_argument("--random", type=int, default=20, metavar="N", help="cuts at random instants a scene")
     parser.add_argument(
@@ -44,8 +44,10 @@ def main() -> int:
             continue
         for number, scene in enumerate(SCENES):
             if not chosen.scene or scene.name in chosen.scene:
-                kinds = (False, True) if chosen.random and FILE_SYSTEMS[system].cuts else (False,)
-                jobs += [Job(system, log, number, kind) for log in chosen.log or LOGS for kind in kinds]
+                for log in chosen.log or LOGS:
+                    at_random = bool(chosen.random) and FILE_SYSTEMS[system].cuts and log != "once"
+                    kinds = (False, True) if at_random else (False,)
+                    jobs += [Job(system, log, number, kind) for kind in kinds]
     began = time.monotonic()
     effort = Effort(chosen.sparse, chosen.random, chosen.seed, chosen.deploys_each, chosen.first)
     work = partial(run, known=expected(), effort=effort)

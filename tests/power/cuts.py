@@ -20,6 +20,7 @@ from tests.power.scenes import SCENES, Scene, follow
 from tests.timing import PATIENCE
 
 END = "after the answer"
+_INSTANTS = 7  # parts of a scene, between which the kernel writes all
 REACHED = "/mnt/reached"  # is made in place of a sync that was taken away
 RANDOM = ", random"  # ends the name of a row of cuts at random instants
 
@@ -81,14 +82,18 @@ class Bench:
         cuts = self._recorded(scene, log)
         if first and not Path(REACHED).exists():
             return row
-        for number, cut in enumerate(cuts):
-            if (cut.at != END and number % sparse) or (first and row.wrong):
-                continue
-            key = (identity(cut.snapshot), cut.at == END)
-            if key not in seen:
-                self.disk.restore(cut.snapshot)
-                seen[key] = self._verdict(scene, cut.at == END, row)
-            row.add(f"cut {number}, before {cut.at}" if cut.at != END else END, *seen[key])
+        instants = [len(cuts) * one // _INSTANTS for one in range(1, _INSTANTS)] if log == "once" else [-1]
+        for instant in instants:
+            for number, cut in enumerate(self._recorded(scene, log, instant) if instant >= 0 else cuts):
+                if number < instant or (cut.at != END and number % sparse) or (first and row.wrong):
+                    continue
+                key = (identity(cut.snapshot), cut.at == END)
+                if key not in seen:
+                    self.disk.restore(cut.snapshot)
+                    seen[key] = self._verdict(scene, cut.at == END, row)
+                written = f"written at call {instant}, " if instant >= 0 else ""
+                at = f"cut {number}, before {cut.at}" if cut.at != END else END
+                row.add(f"{written}{at}", *seen[key])
         return row
 
     def at_random(self, scene: Scene, log: str, times: int, seed: int) -> Row:
@@ -125,8 +130,9 @@ class Bench:
         self.disk.detach()
         return self.disk.snapshot()
 
-    def _recorded(self, scene: Scene, log: str) -> list[Cut]:
-        """Runs the scene once; what a cut at each instant leaves on the disk."""
+    def _recorded(self, scene: Scene, log: str, instant: int = -1) -> list[Cut]:
+        """Runs the scene once; what a cut at each instant leaves on the disk, which all is written to before
+        the system call ``instant``."""
         self.disk.restore(self._prepared(scene))
         self.disk.attach()
         scene.unwritten(self.host)
@@ -136,6 +142,8 @@ class Bench:
         def before(call: str) -> None:
             if log == "flushed":
                 self.disk.flush_log()
+            elif len(found) == instant:
+                self.disk.write_all()
             found.append(Cut(call, self.disk.snapshot()))
 
         command, environment, given = scene.process(self.host)
@@ -172,6 +180,8 @@ class Bench:
                 problem, finding = "", Finding("mixed", "", (repr(error),))
             if not problem and finding.state not in ({scene.ends} if ended else scene.may):
                 problem = "; ".join(finding.faults) or f"the host is {finding.state}"
+            if ended and scene.clean and not problem and finding.leftovers:
+                problem = f"left over: {', '.join(finding.leftovers)}"
             if not problem and row.images % self.deploys_each == 0:
                 row.deploys += 1
                 problem = self._next_deploy(finding)

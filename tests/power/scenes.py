@@ -47,7 +47,8 @@ _STOP: Message = ({"verb": "stop", "who": "someone@laptop", "patience": 0.0, **_
 class Scene:
     """``prepare`` brings the host to where it begins; ``unwritten`` is what it did last, which nobody has had
     written to the disk. ``message`` is then sent to the agent; without one the recovery unit runs in boot 1.
-    ``may``: the states after a cut; ``ends``: the state after the answer."""
+    ``may``: the states after a cut; ``ends``: the state after the answer, with ``clean`` nothing is left over
+    then."""
 
     name: str
     prepare: Callable[[FakeHost], None]
@@ -55,6 +56,7 @@ class Scene:
     may: frozenset[str]
     ends: str
     unwritten: Callable[[FakeHost], None] = lambda _: None
+    clean: bool = False
 
     def process(self, host: FakeHost) -> tuple[list[str], dict[str, str], bytes]:
         """Returns the command that is cut, its environment and its input."""
@@ -301,6 +303,13 @@ SCENES = (
         frozenset({"old", "old, koala stopped"}),
         "old",
     ),
-    Scene("remove", _old, _REMOVE, frozenset({"old", "none"}), "none"),
-    Scene("remove, at boot", _died(_REMOVE, "after:withdraw"), None, frozenset({"none"}), "none"),
+    Scene("remove", _old, _REMOVE, frozenset({"old", "none"}), "none", clean=True),
+    Scene(
+        "remove, at boot",
+        _died(_REMOVE, "after:withdraw"),
+        None,
+        frozenset({"none"}),
+        "none",
+        clean=True,
+    ),
 )

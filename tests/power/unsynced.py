@@ -22,6 +22,8 @@ from tests.power.cuts import REACHED
 AGENT = "templates/onboard/swarm_onboard/agent"
 _FOLDERS = ("swarmctl", "templates", "schemas", "tests/power", "tests/onboard/agent")
 _FILES = ("tests/__init__.py", "tests/timing.py", "tests/onboard/__init__.py")
+#: What cuts leave of the log; with a flushed one each cut leaves another image, and takes its time.
+_LOGS = (("--log=lost", "--log=once"), ("--log=flushed", "--sparse=8"))
 #: The syncs that no cut shows, each with why it stays.
 NEEDLESS: dict[str, str] = {}
 
@@ -90,8 +92,11 @@ def found(one: Sync, options: Sequence[str]) -> str:
     """Returns what the first cut that shows the loss of a sync says; empty if none does."""
     with tempfile.TemporaryDirectory() as folder:
         copy_without([one], Path(folder))
-        rows = cut(Path(folder), "--first", "--random=0", "--deploys-each=1000000", *options)
-    return next((problem for row in rows for problem in row["wrong"]), "")
+        for logs in _LOGS:
+            rows = cut(Path(folder), "--first", "--random=0", "--deploys-each=1000000", *logs, *options)
+            if problem := next((problem for row in rows for problem in row["wrong"]), ""):
+                return problem
+    return ""
 
 
 def main() -> int:

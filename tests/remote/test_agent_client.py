@@ -152,6 +152,14 @@ def test_the_host_compiles_the_agent_once(prefix: Path) -> None:
     assert not any(re.search(rb"[.]py\b", line) for line in of_the_agent)
 
 
+def test_a_host_that_cannot_keep_the_agent_says_why(prefix: Path) -> None:
+    folder = prefix / "opt/swarm/.agent"
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.write_text("in the way")
+    done = started(prefix, len(agent_client.agent().archive))
+    assert done.stdout.startswith(b"\n@cafe cannot-keep-agent [Errno 17] File exists")
+
+
 def test_a_damaged_compiled_agent_is_made_anew(prefix: Path) -> None:
     """By a cut of the power: the archive is on the disk, and what was compiled from it is not."""
     started(prefix, len(agent_client.agent().archive))

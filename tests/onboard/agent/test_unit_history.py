@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from swarm_onboard.agent import conditions, processes, unit_history, unit_journal, unit_start
+from swarm_onboard.agent import conditions, processes, systemd, unit_history, unit_journal, unit_start
 from swarm_onboard.agent.errors import FailedError
 from swarm_onboard.agent.release_store import Home
 
@@ -190,6 +190,16 @@ def test_conditions_of_a_unit_that_are_not_met_are_named(tmp_path: Path) -> None
         f"ConditionFileIsExecutable={tmp_path}/there",
     ]
     assert conditions.unmet("") == conditions.unmet(f"{tmp_path}/no.service") == []
+
+
+def test_a_skipped_unit_names_what_is_not_met(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    unit = tmp_path / "a.service"
+    unit.write_text(f"[Unit]\nConditionPathExists={tmp_path}/away\n")
+    shown = ("ActiveState=inactive", "ConditionResult=no", "ConditionTimestampMonotonic=1")
+    printed = "\n".join((*shown, f"FragmentPath={unit}"))
+    monkeypatch.setattr(systemd, "call", lambda command, timeout: printed)
+
+    assert systemd.states(["a.service"])["a.service"]["unmet"] == [f"ConditionPathExists={tmp_path}/away"]
 
 
 @pytest.mark.parametrize(("looks", "starts"), [(3, True), (99, False)])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import math
 import random
+import struct
+import time
 from dataclasses import replace
 
 import pytest
@@ -17,6 +19,7 @@ from swarm_onboard.command.report import Level
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.gate.config import Config
 from swarm_onboard.gate.gate import Gate, run
+from swarm_onboard.gate.messages import zero
 from swarm_onboard.gate.motion import Motion
 from swarm_onboard.gate.odometry import OdometryWatch, Reading
 from swarm_onboard.gate.wiring import Wiring, wiring_of, without_ended
@@ -180,16 +183,23 @@ def test_the_higher_priority_drives_and_is_named():
     assert bench.reports[-1].values["commander"] == "joy (/joy)"
 
 
-def test_a_command_that_is_too_fast_is_slowed_counted_and_reported():
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_command_that_is_too_fast_is_slowed_counted_and_reported(way):
     bench = Bench()
-    bench.command(2.2, left=0.1)
-    assert bench.sent[-1][1] == pytest.approx(Velocity(forward=0.22))
+    bench.command(2.2 * way, left=0.1)
+    assert bench.sent[-1][1] == pytest.approx(Velocity(forward=0.22 * way))
     bench.gate._report_due = bench.now
     bench.gate.step()
     report = bench.reports[-1]
     slowed, without_axis = "slowed commands", "commands on axes that the robot lacks"
     assert report.message == "driving, slowed to the robot's limits"
     assert (report.values[slowed], report.values[without_axis]) == ("1", "1")
+
+
+def test_the_zero_that_follows_a_gate_has_the_time_of_now():
+    before = time.time_ns()
+    seconds, nanoseconds = struct.unpack_from("<II", zero("geometry_msgs/TwistStamped"), 4)
+    assert before <= seconds * 10**9 + nanoseconds <= time.time_ns()
 
 
 def test_a_new_subscriber_receives_the_velocity_at_once():

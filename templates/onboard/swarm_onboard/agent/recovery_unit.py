@@ -81,7 +81,7 @@ def watch(home: Home) -> None:
 
 
 def remove(home: Home) -> None:
-    """Removes the files of the unit, and the folder of the link if nothing else is in it.
+    """Removes the files of the unit, not synced, and the folder of the link if nothing else is in it.
 
     A process of the unit ends by itself: it finds no open record.
     """
@@ -90,7 +90,6 @@ def remove(home: Home) -> None:
     with suppress(OSError):
         os.rmdir(os.path.dirname(link))
     files.remove(unit)
-    files.sync(os.path.dirname(unit))
 
 
 def unit_text(home: Home) -> str:

@@ -80,3 +80,4 @@ def _remove_folder(home: Home) -> None:
     shutil.rmtree(home.gone)
     if set(os.listdir(root)) <= {os.path.basename(AGENT_FOLDER)}:  # no other swarm needs the kept agent
         shutil.rmtree(root)
+    files.sync_disk(os.path.dirname(root))  # secrets, too, are gone for good
