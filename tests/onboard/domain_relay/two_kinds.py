@@ -133,12 +133,12 @@ def main(image: str, image_2: str, distro: str) -> dict[str, Any]:
     hangs = be_no_masters()
     driver = islands.node_1(
         "/koala/driver",
-        {"/chat": [TEXT, False], "/map": [TEXT, True], "/drive": [TWIST, True], "/odom": [ODOMETRY, False],
-         "/diary": [TEXT, True]},
+        {"/chat": [TEXT, False], "/map": [TEXT, True], "/odom": [ODOMETRY, False], "/diary": [TEXT, True]},
         {"/chat": [TEXT, "data"], "/cmd_vel": [TWIST, "linear.x"], "/diary": [TEXT, "data"]},
     )  # fmt: skip
     driver.write(["/map", "data", "attic"])
-    driver.write(["/drive", "linear.x", 1.0])
+    stick = islands.node_1("/stick", {"/drive": [TWIST, True]}, {})
+    stick.write(["/drive", "linear.x", 1.0])
     wait_until(lambda: "/drive" in publishers_at_master(), "the driver")
     brain = islands.node_2(
         "/tb/brain",
@@ -170,7 +170,7 @@ def main(image: str, image_2: str, distro: str) -> dict[str, Any]:
 
     reaches(brain, driver, "/cmd_vel", "linear.x", 0.25)
     found["authority"] = next(one["from"] for one in driver.lines if one["topic"] == "/cmd_vel")
-    reaches(driver, brain, "/drive", "linear.x", 2.0)
+    reaches(stick, brain, "/drive", "linear.x", 2.0)
     found["drive"] = sorted(set(got(brain, "/drive")))
     driver.write(["/odom", "header.stamp.secs", 1234])
     wait_until(lambda: got(brain, "/odom"), "odometry")
