@@ -59,7 +59,7 @@ def test_a_command_has_its_output_and_its_status(
         ("yes", (Kind.FAILED, b"")),
         ("yes >&2", (Kind.FAILED, b"")),
         ("echo before; kill -9 $PPID; sleep 1", (Kind.FAILED, b"before\n")),
-        ('echo before; kill -9 "$(ps -o ppid= -p $PPID)"; sleep 60', (Kind.LOST, b"before\n")),
+        ('echo before; sleep 1; kill -9 "$(ps -o ppid= -p $PPID)"; sleep 60', (Kind.LOST, b"before\n")),
     ],
     ids=["floods", "floods stderr", "killed", "dies"],
 )
