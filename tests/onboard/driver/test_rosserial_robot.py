@@ -6,10 +6,13 @@ import math
 import struct
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 from swarm_onboard.command.report import Level
+from swarm_onboard.driver.board_relay import BoardRelay
 from swarm_onboard.driver.driver import Phase
+from swarm_onboard.driver.relay import Mailbox
 
 from tests.onboard.driver.board_bench import STILL, BoardBench, ready
 from tests.onboard.rosserial.fakes import (
@@ -17,6 +20,7 @@ from tests.onboard.rosserial.fakes import (
     announcement,
     framed,
 )
+from tests.timing import wait_for
 
 
 def test_the_first_command_to_a_board_is_a_stop():
@@ -148,3 +152,11 @@ def test_a_boards_reset_moves_no_robot_on_the_map():
     assert bench.driver.phase is Phase.READY
     after = bench.sink.poses[-1]
     assert (after.x, after.yaw) == (before.x, before.yaw)
+
+
+def test_a_parameter_that_nobody_has_set_is_an_error_in_the_log():
+    lines, relay = [], BoardRelay(Mailbox(lambda: None))
+    relay.join(SimpleNamespace(parameter={}.__getitem__, log=lambda *line: lines.append(line)))
+    relay.ask("/gain")
+    error = 3  # rosserial_msgs/Log
+    assert wait_for(lambda: lines)[0][0] == error
