@@ -107,12 +107,13 @@ def _not_driving(host: FakeHost) -> None:
 
 
 def _damaged(host: FakeHost) -> None:
-    """Of the release a file is damaged, one is lost, and one is not of it."""
+    """Of the release two files are damaged, one is lost, and one is not of it."""
     _old(host)
     release = host.prefix / f"opt/swarm/new/releases/{OLD.digest}"
     (release / "params/koala.yaml").write_text("version: 9\n")
     (release / "hosts").unlink()
     (release / "stray").touch()
+    (release / "manifest.json").write_text("")
 
 
 def _stopped(host: FakeHost) -> None:
