@@ -41,6 +41,7 @@ KNOWN, RETIRED = line("pi", PI), line("pi", PI, retired=True)
 KEYS = {
     "": {},
     ", key of pi": {"keys": KNOWN},
+    ", own key": {"key": OWN},
     ", key": {"key": OWN, "keys": KNOWN},
     ", next key": {"key": OWN, "key.next": NEXT, "keys": KNOWN},
     ", next key, pi expelled": {"key": OWN, "key.next": NEXT, "keys": RETIRED},

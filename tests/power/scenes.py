@@ -136,13 +136,22 @@ def _in_use(host: FakeHost) -> None:
 
 
 def _killed_after_learning(host: FakeHost) -> None:
+    _unnamed(host, "wireguard.keys", KNOWN, 0o644)
+
+
+def _killed_after_making(host: FakeHost) -> None:
+    _unnamed(host, "wireguard.key", OWN, 0o600)
+    _killed_after_learning(host)
+
+
+def _unnamed(host: FakeHost, name: str, text: str, mode: int) -> None:
     """An agent was killed before it had the name of its new file written."""
-    keys = host.prefix / "etc/swarm/new/wireguard.keys"
-    keys.parent.mkdir(parents=True, exist_ok=True)
-    draft = files.draft(str(keys))
-    files.write_new(draft, KNOWN.encode(), 0o644)
+    place = host.prefix / f"etc/swarm/new/{name}"
+    place.parent.mkdir(parents=True, exist_ok=True)
+    draft = files.draft(str(place))
+    files.write_new(draft, f"{text.strip()}\n".encode(), mode)
     files.sync(draft)
-    Path(draft).rename(keys)
+    Path(draft).rename(place)
 
 
 def _next_key(host: FakeHost) -> None:
@@ -275,10 +284,10 @@ SCENES = (
     Scene(
         "first key, after a kill",
         _with_wg,
-        ({**_KEY, "known": KNOWN}, b""),
-        frozenset({"none", "none, key of pi", "none, key"}),
+        (_KEY, b""),
+        frozenset({"none", "none, own key", "none, key"}),
         "none, key",
-        _killed_after_learning,
+        _killed_after_making,
     ),
     Scene(
         "restart, after a kill",
