@@ -105,7 +105,7 @@ def found(one: Sync, options: Sequence[str]) -> str:
 
 
 def main() -> int:
-    """Returns 1 if a sync was missed by nobody and is not in ``NEEDLESS``, or is there and was missed."""
+    """Returns 1 if no cut shows the loss of a sync, or one shows that of a sync in ``NEEDLESS``."""
     parser = argparse.ArgumentParser(prog="python -m tests.power.unsynced", description=__doc__)
     parser.add_argument("--only", default="", metavar="TEXT", help="the syncs whose name has TEXT")
     parser.add_argument("--jobs", type=int, default=2)

@@ -238,6 +238,8 @@ def test_the_recovery_unit_is_ready_before_it_waits_for_an_agent(host: FakeHost,
     """Its start is waited for by the agent, which holds the lock."""
     if is_open:
         apply(host)
+    else:
+        host.boot(1)
     address = host.prefix / "notify"
     with (
         socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notified,
