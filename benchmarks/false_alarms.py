@@ -26,29 +26,7 @@ from tests.e2e.lab_swarm import SOURCE, LabSwarm, lab_of, moves, namespace_of, q
 
 DESK, ROBOTS = "desk", ("tb4-1", "tb4-2")
 BUSY = 4  # processes
-SPEC = f"""\
-version: 1
-name: newswarm
-mode: central
-hub: {DESK}
-ros: {{distro: jazzy}}
-hosts:
-  {DESK}: {{address: 192.168.77.10}}
-  desk-2: {{address: 192.168.77.11}}
-  tb4-1-pi: {{address: 192.168.77.12}}
-  tb4-2-pi: {{address: 192.168.77.13}}
-robots:
-  tb4-1: {{type: turtlebot4, host: tb4-1-pi}}
-  tb4-2: {{type: turtlebot4, host: tb4-2-pi}}
-links:
-  - {{kind: wlan, name: lab, hosts: [{DESK}, desk-2, tb4-1-pi, tb4-2-pi]}}
-  - {{kind: udp, host: tb4-1-pi, robot: tb4-1, address: 192.168.186.2}}
-  - {{kind: udp, host: tb4-2-pi, robot: tb4-2, address: 192.168.186.2}}
-programs:
-  joystick: {{host: {DESK}, use: teleop-joy}}
-control:
-  - {{by: joystick, of: [tb4-1, tb4-2]}}
-"""
+SPEC = ROOT / "tests/faults-of-ros2.swarm.yaml"
 
 
 @contextmanager
@@ -112,9 +90,7 @@ def main() -> int:
     with ExitStack() as until_done:
         folder = Path(until_done.enter_context(tempfile.TemporaryDirectory(prefix="swarm-bench-")))
         os.environ[paths.STATE_VARIABLE] = str(folder)
-        spec = folder / "swarm.yaml"
-        spec.write_text(SPEC)
-        swarm = until_done.enter_context(lab_of(f"alarms-{os.getpid()}", spec, folder))
+        swarm = until_done.enter_context(lab_of(f"alarms-{os.getpid()}", SPEC, folder))
         run = swarm.deploy()
         if run.status:
             raise SystemExit(run.out + run.err)

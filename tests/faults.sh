@@ -15,4 +15,5 @@ all_of() { # SCENARIO SPEC...
 status=0
 all_of tests/faults.yaml examples/paper-leader/swarm.yaml
 all_of tests/faults-of-islands.yaml examples/paper-4-standalone/swarm.yaml -f tests/faults-of-islands.overlay.yaml
+all_of tests/faults-of-ros2.yaml tests/faults-of-ros2.swarm.yaml
 exit $status

@@ -30,7 +30,7 @@ def test_a_file_is_read() -> None:
     ]
 
 
-@pytest.mark.parametrize("file", ["faults.yaml", "faults-of-islands.yaml"])
+@pytest.mark.parametrize("file", ["faults.yaml", "faults-of-islands.yaml", "faults-of-ros2.yaml"])
 def test_the_files_of_make_faults_are_valid(file: str) -> None:
     entries, found = read_scenario(ROOT / "tests" / file)
     assert not found
