@@ -52,7 +52,8 @@ def launch_uses(index: SwarmIndex) -> tuple[LaunchUse, ...]:
     for use, arguments in declared_launches(index) if packages else ():
         package, path = packages.get(use.started.package or ""), f"launch/{use.started.launch}"
         if package is not None and path in package.files and left > 0:
-            launched = evaluate(package, path, arguments, use.namespace or "/", packages, limit=left)
+            around = f"/{use.started.namespace_around(use.namespace)}"
+            launched = evaluate(package, path, arguments, around, packages, limit=left)
             found.append(replace(use, launched=launched))
             left -= launched.cost + 1
     return tuple(found)
@@ -78,7 +79,7 @@ def declared_launches(index: SwarmIndex) -> Iterator[tuple[LaunchUse, Mapping[st
                 f"program `{name}`", name, program.robot, host, index.program_namespaces[name], program,
                 program.requires, ("programs", name), Launched(),
             )  # fmt: skip
-            yield use, _arguments(program, _values(index, name, program, host) if program.args else None)
+            yield use, _arguments(program, _values(index, name, program, host))
     for name, driver in index.ros_drivers.items():
         if driver.launch is not None:
             loc, of_type = _place(index, name)
@@ -118,15 +119,15 @@ def _values(index: SwarmIndex, name: str, program: Program, host: str | None) ->
     return {**values, "robot": program.robot} if program.robot is not None else values
 
 
-def _arguments(started: RosLaunchable, values: Mapping[str, str | int] | None) -> Mapping[str, str | None]:
+def _arguments(started: RosLaunchable, values: Mapping[str, str | int]) -> Mapping[str, str | None]:
     """The arguments as roslaunch gets them; None for one with a placeholder whose value is not known here."""
     return {name: _argument(value, values) for name, value in started.arguments.items()}
 
 
-def _argument(value: Parameter, values: Mapping[str, str | int] | None) -> str | None:
+def _argument(value: Parameter, values: Mapping[str, str | int]) -> str | None:
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, str) and values is not None:
+    if isinstance(value, str):
         try:
             return str(filled(value, values))
         except PlaceholderError:

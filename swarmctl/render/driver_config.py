@@ -117,11 +117,6 @@ def commander_params(commander: Commander) -> dict[str, Any]:
     }
 
 
-def group(robot: Robot, driver: ForeignDriver) -> str:
-    """Returns the namespace around a driver's launch file; empty where an argument gives it."""
-    return "" if driver.ros.namespace_argument is not None else robot.namespace[1:]
-
-
 def remapped(robot: Robot, driver: ForeignDriver) -> dict[str, str]:
     """Returns the names to change: a gated driver takes its commands from the gate, wherever from before.
 

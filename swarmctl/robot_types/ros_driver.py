@@ -13,7 +13,6 @@ from swarmctl.field_types import (
     FrameName,
     GraphName,
     PackageName,
-    Parameter,
     Printable,
     TypeName,
     fits_together,
@@ -58,12 +57,6 @@ class RosDriver(RosLaunchable):
         examples=["geometry_msgs/TwistStamped"],
         description="Message type of its commands: geometry_msgs/Twist or geometry_msgs/TwistStamped, or any "
         "other with `ungated: true`.",
-    )
-    namespace_argument: Printable | None = Field(
-        None,
-        examples=["namespace"],
-        description="The argument of its launch file by which the file puts its nodes into the robot's "
-        "namespace; by default swarmctl puts them there.",
     )
     publishes: tuple[Topic, ...] = Field(
         (),
@@ -153,12 +146,6 @@ class RosDriver(RosLaunchable):
         )
 
     @property
-    def arguments(self) -> dict[str, Parameter]:
-        """The arguments of its launch file, that of the namespace included."""
-        own = {} if self.namespace_argument is None else {self.namespace_argument: "{namespace}"}
-        return {**own, **super().arguments}
-
-    @property
     def packages(self) -> tuple[str, ...]:
         """The packages that must be installed."""
         return tuple(dict.fromkeys((self.package, *self.requires)))
@@ -167,20 +154,6 @@ class RosDriver(RosLaunchable):
     def _is_launchable(self) -> Iterator[ConsistencyError]:
         yield from self.start_errors()
         yield from self.argument_errors()
-
-    @fits_together
-    def _passes_its_namespace_once(self) -> Iterator[ConsistencyError]:
-        name = self.namespace_argument
-        if name is not None and self.launch is None:
-            yield ConsistencyError(
-                "only a launch file has arguments; remove `namespace_argument`", "namespace_argument"
-            )
-        elif name is not None and name in super().arguments:
-            yield ConsistencyError(
-                f"`{name}` gets the robot's namespace by `namespace_argument`; remove one of the two",
-                self.named_values[0],
-                name,
-            )
 
     @fits_together
     def _topics_have_known_names(self) -> Iterator[ConsistencyError]:

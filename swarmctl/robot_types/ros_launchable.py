@@ -61,6 +61,12 @@ class RosLaunchable(Model):
         description="The words of its command line; for a launch file its arguments by name.",
         examples=[["--rate", "10"]],
     )
+    namespace_argument: Printable | None = Field(
+        None,
+        description="The argument by which its launch file puts its nodes into its namespace itself; by "
+        "default swarmctl puts them there.",
+        examples=["namespace"],
+    )
     remap: dict[GraphName, GraphName] = Field(
         default_factory=dict, description="Names to change.", examples=[{"cmd_vel": "/k3/cmd_vel"}]
     )
@@ -75,10 +81,18 @@ class RosLaunchable(Model):
 
     @property
     def arguments(self) -> dict[str, Parameter]:
-        """The arguments of its launch file, which older specs have under `params`; none of an executable."""
-        if self.launch is None:
-            return {}
+        """The arguments of its launch file, that of the namespace included; none of an executable."""
+        own = {} if self.namespace_argument is None else {self.namespace_argument: "{namespace}"}
+        return {} if self.launch is None else {**own, **self._written_arguments}
+
+    @property
+    def _written_arguments(self) -> dict[str, Parameter]:
+        """The arguments that the spec has under `args`, or an older one under `params`."""
         return self.args if isinstance(self.args, dict) and self.args else self.params
+
+    def namespace_around(self, namespace: str) -> str:
+        """Returns ``namespace`` without its slash, or nothing where the launch file sets it itself."""
+        return "" if self.namespace_argument is not None else namespace[1:]
 
     @property
     def named_values(self) -> tuple[Literal["args", "params"], dict[str, Parameter]]:
@@ -100,7 +114,7 @@ class RosLaunchable(Model):
             yield ConsistencyError("add `executable: NODE`, or `launch: FILE.launch`", "package")
 
     def argument_errors(self) -> Iterator[ConsistencyError]:
-        """Yields an error where `args` do not fit what is started, or repeat `params`."""
+        """Yields an error where `args` do not fit what is started, or repeat `params` or the namespace."""
         if self.launch is not None and self.args:
             if not isinstance(self.args, dict):
                 yield ConsistencyError(
@@ -117,4 +131,15 @@ class RosLaunchable(Model):
                 "only a launch file has arguments by name; write a node's parameters under `params`, and "
                 "the words of its command line as a list",
                 "args",
+            )
+        name = self.namespace_argument
+        if name is not None and self.launch is None:
+            yield ConsistencyError(
+                "only a launch file has arguments; remove `namespace_argument`", "namespace_argument"
+            )
+        elif name is not None and name in self._written_arguments:
+            yield ConsistencyError(
+                f"`{name}` gets the namespace by `namespace_argument`; remove one of the two",
+                self.named_values[0],
+                name,
             )

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Span, note_of_other
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.linter.launch_uses import LaunchUse
+from swarmctl.linter.launch_uses import LaunchUse, declared_launches
 from swarmctl.ros_packages.launched import Fault, Refusal
 from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm import names
 from swarmctl.swarm.names import driver_node, resolved
-from swarmctl.yamltext.edits import make_fix, rename_key
+from swarmctl.yamltext.edits import make_fix, remove, rename_key, set_key
 from swarmctl.yamltext.source import Loc
 
 
@@ -272,3 +272,37 @@ def commands_past_the_gate(context: RuleContext) -> Iterator[Diagnostic]:
                             "or write `ungated: true` with a `reason`",
                         ),
                     )
+
+
+_NAMESPACE = "namespace"  # the argument by which launch files put their nodes into a namespace
+
+
+@rule("PKG023", needs="launched")
+def namespaces_twice(context: RuleContext) -> Iterator[Diagnostic]:
+    """A launch file that puts its nodes into a namespace, within the one that swarmctl puts around it."""
+    read, seen = {use.owner: use.launched.nodes for use in context.launches}, set()
+    for use, arguments in declared_launches(context):
+        around, given = use.started.namespace_around(use.namespace), arguments.get(_NAMESPACE)
+        key, values = use.started.named_values
+        span = context.launch_span(use, key, _NAMESPACE, is_key=True)
+        if not around or not given or given.startswith("/") or span in seen:
+            continue
+        below, nodes = f"/{around}/{given}", read.get(use.owner)
+        if nodes is not None and not any((one.name or "").startswith(f"{below}/") for one in nodes):
+            continue
+        seen.add(span)
+        given_loc: Loc = (*use.loc, key, _NAMESPACE) if len(values) > 1 else (*use.loc, key)
+        moved = (
+            set_key(context.source, use.loc, "namespace_argument", _NAMESPACE, after="launch"),
+            remove(context.source, given_loc),
+        )
+        yield Diagnostic(
+            "PKG023",
+            f"{use.owner} is in the namespace `{around}`, and its argument `{_NAMESPACE}` adds `{given}`",
+            span,
+            label=f"its nodes get names such as `{below}/NODE`",
+            help=(f"write `namespace_argument: {_NAMESPACE}` instead: then the file alone sets it",),
+            fix=make_fix(f"replace it by `namespace_argument: {_NAMESPACE}`", *moved, safe=True)
+            if given == around and not use.of_type
+            else None,
+        )

@@ -190,12 +190,14 @@ _LACKING = {
     "secrets": "no `files` among its `secrets`",
 }
 _IN_COMMAND = "write it as a word of the command"
+_NO_ARGUMENTS = "remove it: only launch files have arguments"
 # What stands before a parameter or a new name on a command line.
 _ROS_1, _ROS_2 = {"param": "_", "remap": ""}, {"param": "--ros-args -p ", "remap": "--ros-args -r "}
 # What a kind of program does not read, and what to write instead.
 _UNREAD: Mapping[Kind, Mapping[str, str]] = {
     "use": {
         "args": "write its settings under `params`",
+        "namespace_argument": _NO_ARGUMENTS,
         "files": "remove it: teleop programs read no files",
         "secrets": "remove it: teleop programs need none",
         "lifecycle": "remove it: teleop-key is started by a person, teleop-joy is a service",
@@ -204,6 +206,7 @@ _UNREAD: Mapping[Kind, Mapping[str, str]] = {
         "params": "write {param}NAME:=VALUE as a word of the command, if it is a node",
         "remap": "write {remap}OLD:=NEW as a word of the command, if it is a node",
         "args": _IN_COMMAND,
+        "namespace_argument": _NO_ARGUMENTS,
     },
     "container": {
         "params": "write {param}NAME:=VALUE under `args`, if it runs a node",

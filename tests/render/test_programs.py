@@ -15,13 +15,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from swarm_onboard.teleop import config as teleop_config
 
+from swarmctl.cli.app import run
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.quoting import render
+from tests import ROOT
 from tests.loading import load_swarm
 
 SPEC = Path(__file__).with_name("programs.yaml")
 GOLDEN = Path(__file__).parent / "golden/programs"
+SET_TWICE = ROOT / "tests/rules/doubtful/packages/PKG023-namespace-twice.yaml"
 PROGRAMS = (
     "joystick", "keys", "wander", "map", "record", "seeing", "set-up", "calibrate", "drive", "arm",
 )  # fmt: skip
@@ -218,6 +221,31 @@ def test_a_namespace_of_its_own_comes_before_the_robots(rendered: Mapping[str, B
     assert group.get("ns") == "k_3/arm"
     assert {one.get("name"): one.get("value") for one in group.iter("arg")} == {
         "prefix": "k_3/arm/", "name": "{k}"
+    }  # fmt: skip
+
+
+def test_a_launch_file_that_takes_its_namespace_has_none_around_it(tmp_path: Path) -> None:
+    text = SPEC.read_text("utf-8").replace("arm.launch, ", "arm.launch, namespace_argument: ns, ")
+    (tmp_path / "swarm.yaml").write_text(text, "utf-8")
+    launched = files_of(rendered_of(tmp_path / "swarm.yaml")["pi"])["launch/arm.launch"].content
+    (group,) = ET.fromstring(launched).findall("group")
+    assert group.get("ns") is None
+    assert {one.get("name"): one.get("value") for one in group.iter("arg")} == {
+        "ns": "k_3/arm", "prefix": "k_3/arm/", "name": "{k}"
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("robots", ["robot: tb-1", "robots: [tb-1]"])
+def test_the_fix_of_a_namespace_set_twice_leaves_one_of_ros_2(robots: str, tmp_path: Path) -> None:
+    spec = tmp_path / "swarm.yaml"
+    spec.write_text(SET_TWICE.read_text("utf-8").replace("robot: tb-1", robots), "utf-8")
+    assert run(["validate", "--fix", str(spec)]) == 0
+    files = files_of(rendered_of(spec)["r1"])
+    (launched,) = (one.content for path, one in files.items() if path.startswith("launch/nav"))
+    root = ET.fromstring(launched)
+    assert [*root.iter("push_ros_namespace")] == []
+    assert {one.get("name"): one.get("value") for one in root.iter("arg")} == {
+        "namespace": "tb_1", "use_namespace": "True"
     }  # fmt: skip
 
 

@@ -9,6 +9,8 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from swarmctl.linter.launch_uses import launch_uses
+from swarmctl.swarm.index import SwarmIndex
 from tests.loading import load_checked
 from tests.ros_packages.packages import manifest
 from tests.timing import work_at_most
@@ -138,3 +140,36 @@ def test_launch_files_have_the_arguments_of_each_robot(argument: str, clash: boo
         {"swarm.yaml": text, "carts/package.xml": manifest("carts"), "carts/launch/cart.launch": launch},
     )
     assert ("PKG008" in codes(tmp_path / "swarm.yaml")) is clash
+
+
+LAUNCHED = """\
+<launch>
+  <arg name="namespace" default="" />
+  <group{ns}><node pkg="own" type="go.py" name="go" /></group>
+</launch>
+"""
+PUSHES = ' ns="$(arg namespace)"'
+
+
+@pytest.mark.parametrize(
+    ("pushes", "program", "node"),
+    [
+        (PUSHES, 'args: {namespace: "{namespace}"}', "/koala/koala/go"),
+        (PUSHES, "args: {namespace: arm}", "/koala/arm/go"),
+        (PUSHES, "args: {namespace: /koala}", "/koala/go"),
+        (PUSHES, "namespace_argument: namespace", "/koala/go"),
+        ("", "args: {namespace: koala}", "/koala/go"),  # the file does something else with it
+    ],
+)
+def test_a_namespace_is_set_twice_where_the_file_sets_it_too(
+    tmp_path: Path, pushes: str, program: str, node: str
+) -> None:
+    launched = LAUNCHED.format(ns=pushes)
+    write(tmp_path / "own", {"package.xml": manifest("own"), "launch/own.launch": launched, "go.py": ""})
+    (tmp_path / "own/go.py").chmod(0o755)
+    own = spec(tmp_path, f"launch: own.launch, {program}")
+    document, found = load_checked(own)
+    assert [one.code for one in found] == ([] if node == "/koala/go" else ["PKG023"])
+    assert document is not None
+    (use,) = launch_uses(SwarmIndex(document))
+    assert [one.name for one in use.launched.nodes] == [node]

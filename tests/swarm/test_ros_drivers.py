@@ -126,7 +126,7 @@ def test_other_robots_keep_swarmctl_s_driver(robots: dict[str, Robot]) -> None:
         (
             "launch: turtlebot3_robot.launch",
             "launch: turtlebot3_robot.launch\n      namespace_argument: multi_robot_name",
-            "`multi_robot_name` gets the robot's namespace by `namespace_argument`",
+            "`multi_robot_name` gets the namespace by `namespace_argument`",
         ),
         ("linear_max: 1.2, ", "", "`linear_max` of differential kinematics is missing"),
         (

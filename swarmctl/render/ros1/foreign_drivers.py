@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from swarmctl.render.bundle import File, Part, Unit
-from swarmctl.render.driver_config import group, params_path, remapped, urdf_path
+from swarmctl.render.driver_config import params_path, remapped, urdf_path
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
 from swarmctl.render.ros1.program_commands import roslaunched
@@ -23,7 +23,7 @@ def files(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> Iterator[File]:
     ros, origin = driver.ros, f"robots.{robot.name}"
     text = render(
         "program.launch",
-        group=group(robot, driver),
+        group=driver.ros.namespace_around(robot.namespace),
         node=names.DRIVER_NODE,
         package=ros.package,
         executable=ros.executable,

@@ -76,7 +76,7 @@ def _launch(swarm: Swarm, program: Program) -> bytes:
     declared = program.declared
     return render(
         "program.launch",
-        group=program.namespace[1:],
+        group=declared.namespace_around(program.namespace),
         node=program.node.rpartition("/")[2],
         package=declared.package,
         executable=declared.executable,

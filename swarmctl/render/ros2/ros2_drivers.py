@@ -9,7 +9,7 @@ from typing import Any
 from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.render import driver_files, gate_config, shipped_files, sketch
 from swarmctl.render.bundle import File, Part, Unit
-from swarmctl.render.driver_config import codec_path, group, params_path, remapped, urdf_path
+from swarmctl.render.driver_config import codec_path, params_path, remapped, urdf_path
 from swarmctl.render.program_words import with_environment
 from swarmctl.render.quoting import render
 from swarmctl.render.ros2 import enclave_files, enclaves
@@ -146,7 +146,7 @@ def _package_files(robot: Robot, driver: ForeignDriver) -> Iterator[File]:
     if ros.launch is not None:
         text = render(
             "ros2/program.launch.xml",
-            group=group(robot, driver),
+            group=driver.ros.namespace_around(robot.namespace),
             package=ros.package,
             launch=ros.launch,
             arguments=list(ros.arguments.items()),

@@ -153,7 +153,7 @@ def _files_of(swarm: Swarm, program: Program) -> Iterator[File]:
         values = values_of(swarm, program)
         text = render(
             "ros2/program.launch.xml",
-            group=program.namespace[1:],
+            group=declared.namespace_around(program.namespace),
             package=declared.package,
             launch=declared.launch,
             arguments=[(name, filled(value, values)) for name, value in declared.arguments.items()],
