@@ -12,7 +12,7 @@ from swarmctl.ros_packages.launched import Fault, Refusal
 from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm import names
 from swarmctl.swarm.names import driver_node, resolved
-from swarmctl.yamltext.edits import make_fix, remove, rename_key, set_key
+from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value, set_key
 from swarmctl.yamltext.source import Loc
 
 
@@ -86,14 +86,17 @@ def _unused(context: RuleContext, use: LaunchUse, key: str, fault: Fault) -> Dia
     meant = guess(fault.subject, fault.known)
     near = meant.only
     free = near is not None and near not in use.started.arguments and not use.of_type
-    loc: Loc = (*use.loc, key, fault.subject)
+    of_namespace = fault.subject == use.started.namespace_argument
+    place = ("namespace_argument",) if of_namespace else (key, fault.subject)
+    loc: Loc = (*use.loc, *place)
+    renamed = replace_value if of_namespace else rename_key
     return Diagnostic(
         "PKG005",
         f"the launch file of {use.owner} has no argument `{fault.subject}` ({fault.place})",
-        context.launch_span(use, key, fault.subject, is_key=True),
+        context.launch_span(use, *place, is_key=not of_namespace),
         label="roslaunch stops: unused args",
         help=did_you_mean(fault.subject, fault.known, "it declares") or ("it declares no arguments",),
-        fix=make_fix(f"write `{near}`", rename_key(context.source, loc, near), safe=meant.certain)
+        fix=make_fix(f"write `{near}`", renamed(context.source, loc, near), safe=meant.certain)
         if near and free
         else None,
     )

@@ -161,7 +161,7 @@ PUSHES = ' ns="$(arg namespace)"'
         ("", "args: {namespace: koala}", "/koala/go"),  # the file does something else with it
     ],
 )
-def test_a_namespace_is_set_twice_where_the_file_sets_it_too(
+def test_a_namespace_is_set_twice_if_the_file_sets_it(
     tmp_path: Path, pushes: str, program: str, node: str
 ) -> None:
     launched = LAUNCHED.format(ns=pushes)
@@ -173,3 +173,14 @@ def test_a_namespace_is_set_twice_where_the_file_sets_it_too(
     assert document is not None
     (use,) = launch_uses(SwarmIndex(document))
     assert [one.name for one in use.launched.nodes] == [node]
+
+
+def test_a_wrong_namespace_argument_is_found_at_its_place(tmp_path: Path) -> None:
+    launched = LAUNCHED.format(ns=PUSHES)
+    write(tmp_path / "own", {"package.xml": manifest("own"), "launch/own.launch": launched})
+    own = spec(tmp_path, "launch: own.launch, namespace_argument: namespce")
+    [found] = [one for one in load_checked(own)[1] if one.code == "PKG005"]
+    assert found.span is not None
+    assert own.read_text().splitlines()[found.span.line - 1][found.span.column - 1 :] == "namespce}"
+    assert found.fix is not None
+    assert found.fix.title == "write `namespace`"
