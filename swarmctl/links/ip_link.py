@@ -17,7 +17,7 @@ class IpLink(RobotLink):
 
     header_bytes: ClassVar[int]  # around the data of a packet: Ethernet, IP, and UDP or TCP
     device_keys: ClassVar[tuple[str, ...]] = ("address", "port", "local_ports")
-    type_keys: ClassVar[tuple[str, ...]] = ("port", "local_ports", "load_mbps")
+    type_keys: ClassVar[tuple[str, ...]] = ("port", "local_ports", "load_mbps", "host_address")
     placeholders: ClassVar[Mapping[str, str]] = {
         "link_address": "the address of its {} link",
         "link_port": "the robot's port of its {} link",
@@ -37,6 +37,13 @@ class IpLink(RobotLink):
         examples=[[8890, 6038]],
         description="Ports of the host on which the driver receives what this robot sends; the robot type's "
         "own by default.",
+    )
+    host_address: RobotAddress | None = Field(
+        None,
+        examples=["192.168.186.3"],
+        description="The host's address on a network that it shares with this robot alone, such as that of a "
+        "USB cable: its discovery server or router listens there, too, for a robot that runs nodes itself. "
+        "The robot type's own by default.",
     )
     capacity_mbps: Annotated[float, Field(gt=0, le=100_000), Unit("Mbit/s")] | None = Field(
         None,

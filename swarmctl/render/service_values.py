@@ -41,6 +41,7 @@ def reachable(swarm: Swarm, host: Host) -> tuple[str, ...]:
         host.ros_address,
         *addresses,
         *robots_with_nodes(swarm, island),
+        *toward_robots(swarm, host),
         *groups(swarm, island),
     )
 
@@ -49,6 +50,12 @@ def robots_with_nodes(swarm: Swarm, island: Island) -> Iterator[str]:
     """Yields the addresses of the robots of ``island`` that run nodes themselves."""
     for host in island.hosts:
         yield from (one.node_address for one in swarm.robots_on(host) if one.node_address)
+
+
+def toward_robots(swarm: Swarm, host: Host) -> tuple[str, ...]:
+    """Returns the other addresses at which robots of ``host`` that run nodes themselves reach it."""
+    found = (robot.host_address for robot in swarm.robots_on(host.name))
+    return tuple(dict.fromkeys(one for one in found if one and one != host.ros_address))
 
 
 def groups(swarm: Swarm, island: Island) -> Iterator[str]:

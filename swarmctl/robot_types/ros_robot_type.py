@@ -7,7 +7,15 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from swarmctl.field_types import Baud, ConsistencyError, FilePath, Model, Port, fits_together
+from swarmctl.field_types import (
+    Baud,
+    ConsistencyError,
+    FilePath,
+    Model,
+    Port,
+    RobotAddress,
+    fits_together,
+)
 from swarmctl.links.link_base import RobotLink
 from swarmctl.links.link_kinds import RobotLinkKind, kinds
 from swarmctl.plugins import LINK_KINDS
@@ -44,6 +52,12 @@ class RosLink(Model):
         description="Ports of the host of a udp or tcp link on which the driver receives what the robot "
         "sends, unless the link sets them. Two robots of one host need different ones.",
     )
+    host_address: RobotAddress | None = Field(
+        None,
+        examples=["192.168.186.3"],
+        description="The host's address on the network of a udp or tcp link that it shares with the robot "
+        "alone, unless the link sets it.",
+    )
     load_mbps: Annotated[float, Field(gt=0, le=100_000), Unit("Mbit/s")] | None = Field(
         None,
         examples=[4.0],
@@ -53,7 +67,7 @@ class RosLink(Model):
 
     @fits_together
     def _has_what_its_kinds_have(self) -> Iterator[ConsistencyError]:
-        for key in ("port", "local_ports", "load_mbps", "baud"):
+        for key in ("port", "local_ports", "host_address", "load_mbps", "baud"):
             if getattr(self, key) and all(key not in LINK_KINDS.get(kind).type_keys for kind in self.kinds):
                 having = " or ".join(name for name, model in kinds(RobotLink) if key in model.type_keys)
                 yield ConsistencyError(f"`{key}` is of a {having} link, which is not among `kinds`", key)

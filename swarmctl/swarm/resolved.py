@@ -15,6 +15,7 @@ from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.motion import Motion
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.sensors import ODOM
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.ros_packages.builds import Built
@@ -199,6 +200,14 @@ class Robot:
         """The address of a robot that runs nodes of ROS itself, such as a Create 3; None for others."""
         runs_nodes = isinstance(self.driver, ForeignDriver) and self.driver.ros.peer
         return self.link.address if runs_nodes and isinstance(self.link, IpLink) else None
+
+    @property
+    def host_address(self) -> str | None:
+        """The address at which such a robot reaches its host, if that is another than the host's own."""
+        if self.node_address is None or not isinstance(self.link, IpLink):
+            return None
+        usual = self.type.link if isinstance(self.type, RosRobotType) else None
+        return self.link.host_address or (usual.host_address if usual is not None else None)
 
     @property
     def is_described(self) -> bool:

@@ -41,6 +41,8 @@ def _link(link: RosLink) -> Iterator[tuple[str, ...]]:
         yield "port", f"{link.port} of the robot"
     if link.local_ports:
         yield "local ports", f"{', '.join(map(str, link.local_ports))} of the host"
+    if link.host_address is not None:
+        yield "host address", f"{link.host_address} of the host"
     if link.load_mbps is not None:
         yield "load", f"{link.load_mbps:g} Mbit/s"
 

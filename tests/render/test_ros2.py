@@ -265,3 +265,57 @@ def test_nodes_look_for_a_robot_that_runs_nodes_itself(tmp_path: Path, mode: str
 def test_nodes_of_other_hosts_do_not_look_for_it(tmp_path: Path) -> None:
     other = bundle_of(tmp_path, CREATE.format(mode="central\nhub: desk"), "pi")
     assert 'ROS_STATIC_PEERS="192.168.77.10"' in text_of(other, "env/ros.env")
+
+
+TURTLEBOT4 = """\
+version: 1
+name: tb4lab
+mode: central
+hub: pc
+security: filtered
+ros: {distro: jazzy, servers: [t1, t2, pc]}
+hosts:
+  pc: {address: 192.168.77.100}
+  t1: {address: 192.168.77.120}
+  t2: {address: 192.168.77.102}
+robots:
+  a: {type: turtlebot4, host: t1}
+  b: {type: turtlebot4, host: t2}
+links:
+  - {kind: wlan, name: lab, hosts: [pc, t1, t2]}
+  - {kind: udp, host: t1, robot: a, address: 192.168.186.2}
+  - {kind: udp, host: t2, robot: b, address: 192.168.187.2, host_address: 192.168.187.3}
+"""
+
+
+UNIT = "units/swarm-tb4lab.discovery.service"
+
+
+@pytest.mark.parametrize(
+    ("host", "words"),
+    [
+        ("t1", "-i 0 -l 192.168.77.120 -p 11811 -l 192.168.186.3 -p 11811"),
+        ("t2", "-i 1 -l 192.168.77.102 -p 11811 -l 192.168.187.3 -p 11811"),
+        ("pc", "-i 2 -l 192.168.77.100 -p 11811"),
+    ],
+)
+def test_a_server_listens_where_the_robot_of_its_host_reaches_it(
+    host: str, words: str, tmp_path: Path
+) -> None:
+    unit = text_of(bundle_of(tmp_path, TURTLEBOT4, host), UNIT).splitlines()
+    assert [one for one in unit if one.endswith(f"/ros-exec fastdds discovery {words}")]
+
+
+def test_such_a_robot_passes_the_firewall_and_the_ip_list_of_its_host(tmp_path: Path) -> None:
+    t1 = bundle_of(tmp_path, TURTLEBOT4, "t1")
+    unit, table = text_of(t1, UNIT).splitlines(), text_of(t1, "firewall.nft")
+    assert {f"IPAddressAllow=192.168.186.{one}" for one in (2, 3)} <= set(unit)
+    assert "IPAddressAllow=192.168.187.3" not in unit
+    (accepted,) = re.findall("udp dport 11811 ip saddr {(.*)} accept", table)
+    assert "192.168.186.2" in accepted
+
+
+@pytest.mark.parametrize(("host", "address"), [("t1", "0.0.0.0"), ("pc", "192.168.77.100")])
+def test_a_router_of_such_a_host_listens_at_every_address(host: str, address: str, tmp_path: Path) -> None:
+    text = TURTLEBOT4.replace("distro: jazzy", "distro: jazzy, rmw: zenoh")
+    assert f"tcp/{address}:7447" in text_of(bundle_of(tmp_path, text, host), UNIT).partition("connect")[0]

@@ -16,7 +16,7 @@ from swarmctl.render.ros2.discovery_files import (
     peers_by_file,
     robots_with_nodes,
 )
-from swarmctl.render.service_values import home
+from swarmctl.render.service_values import home, toward_robots
 from swarmctl.spec.ros_model import Rmw
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import bracketed, ip_of
@@ -94,7 +94,9 @@ def router_override(swarm: Swarm, host: Host, island: Island) -> str:
     """Returns the settings of the Zenoh router of ``host``: all routers connect to the first."""
     first, *_ = _servers(swarm, island)
     listens = host.ros_address
-    if len(island.hosts) == 1:  # its own nodes need no network
+    if toward_robots(swarm, host):  # it does not start at an address that is not there
+        listens = _every_address(host)
+    elif len(island.hosts) == 1:  # its own nodes need no network
         listens = LOOPBACK if len(swarm.islands) == 1 else _every_address(host)
     listen = f"listen/endpoints={_endpoints([listens])}"
     return listen if host.ros_address == first else f"{listen};connect/endpoints={_endpoints([first])}"

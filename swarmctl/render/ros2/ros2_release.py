@@ -10,7 +10,7 @@ from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.middleware import DiscoveryServers
 from swarmctl.render.quoting import render
 from swarmctl.render.ros2 import discovery_files, graph_environment
-from swarmctl.render.service_values import home, service_values
+from swarmctl.render.service_values import home, service_values, toward_robots
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
@@ -116,5 +116,7 @@ def _server(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
         override = graph_environment.router_override(swarm, host, island)
         router = run_node(swarm, "rmw_zenoh_cpp", "rmw_zenohd")
         return "/usr/bin/env", f"ZENOH_CONFIG_OVERRIDE={override}", *router
-    number, port = discovery.servers.index(host.name), graph_environment.SERVER_PORT
-    return "fastdds", "discovery", "-i", f"{number}", "-l", host.ros_address, "-p", f"{port}"
+    number, port = discovery.servers.index(host.name), f"{graph_environment.SERVER_PORT}"
+    addresses = (host.ros_address, *toward_robots(swarm, host))
+    listening = (word for one in addresses for word in ("-l", one, "-p", port))
+    return "fastdds", "discovery", "-i", f"{number}", *listening
