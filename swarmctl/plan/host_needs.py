@@ -30,6 +30,7 @@ class HostNeeds:
     groups: Mapping[str, Entries] = field(default_factory=dict)
     workspaces: Mapping[str, Entries] = field(default_factory=dict)
     images: Mapping[tuple[str, str], Entries] = field(default_factory=dict)  # by engine and image
+    by_hand: tuple[str, ...] = ()  # what a person sets on a robot itself
 
     @property
     def debian(self) -> tuple[str, ...]:
@@ -68,6 +69,7 @@ def needs_of(swarm: Swarm, host: Host, bundle: Bundle) -> HostNeeds:
         groups=_groups(swarm, host),
         workspaces=workspaces,
         images=_images(swarm, host),
+        by_hand=bundle.by_hand,
     )
 
 

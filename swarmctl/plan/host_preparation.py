@@ -54,7 +54,8 @@ class Step:
 class HostPreparation:
     """The steps that make one host fit. ``lacks``: what no step can provide, each with how a person can.
 
-    ``problem``: why the host can be neither looked at nor prepared; ``platform``: as its agent reports it.
+    ``problem``: why the host can be neither looked at nor prepared; ``platform``: as its agent reports it;
+    ``notes``: what a person sets on its robots.
     """
 
     host: str
@@ -62,6 +63,7 @@ class HostPreparation:
     lacks: tuple[Problem, ...] = ()
     problem: Problem | None = None
     platform: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def fit(self) -> bool:
@@ -79,6 +81,7 @@ class HostPreparation:
             "fit": self.fit,
             "steps": [step.to_json() for step in self.steps],
             "lacks": [asdict(one) for one in self.lacks],
+            "notes": list(self.notes),
             "problem": asdict(self.problem) if self.problem else None,
         }
 
@@ -121,6 +124,7 @@ def preparation(
         tuple(sorted(steps, key=lambda step: order.index(step.kind))),
         tuple(lacks),
         platform=has["facts"].get("platform", ""),
+        notes=needs.by_hand,
     )
 
 

@@ -233,6 +233,7 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
             if (absent := _absent(map(package, unit.packages), observed))
         ),
         *preflight.notes(bundle, observed),
+        *(bundle.by_hand if observed.digest != bundle.digest else ()),
     )
 
 

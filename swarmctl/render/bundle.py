@@ -127,7 +127,8 @@ class Part:
     ``platform`` is the one that its compiled packages are for, empty without any, and ``unbuilt`` names
     packages whose build is missing; ``enclaves`` are those of SROS 2 in which its units run;
     ``wireguard_keys`` has the public keys that the host must know, in lines of ``swarm_onboard.tunnel.keys``,
-    and ``unpinned`` the hosts whose key it needs and the spec does not have.
+    and ``unpinned`` the hosts whose key it needs and the spec does not have; ``by_hand`` is what a person
+    sets on a robot itself, a sentence each.
     """
 
     files: tuple[File, ...] = ()
@@ -144,6 +145,7 @@ class Part:
     enclaves: tuple[Enclave, ...] = ()
     wireguard_keys: str = ""
     unpinned: tuple[str, ...] = ()
+    by_hand: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ docs/hosts.md describes what each part changes on a host, and how to undo it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 
@@ -19,7 +19,7 @@ from swarmctl.render.quoting import render
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of, subnet_of
 from swarmctl.swarm.clocks import followed
-from swarmctl.swarm.resolved import Host, Swarm
+from swarmctl.swarm.resolved import Host, Robot, Swarm
 
 HOSTS = "/etc/hosts"
 CHRONY = "/etc/chrony/chrony.conf"
@@ -61,8 +61,9 @@ class Preparation:
 
     def _follower(self, host: Host) -> Part:
         root = self._swarm.hosts[self._followed[host.name]]
-        part = _clock(render("follower.chrony", root=root.address, name=root.name))
-        return replace(part, follows=root.name)
+        allowed = self._robots_behind(host)
+        part = _clock(render("follower.chrony", root=root.address, name=root.name, allowed=allowed))
+        return replace(part, follows=root.name, by_hand=self._time_of_robots(host))
 
     def _root(self, host: Host) -> Part:
         """A server for those who follow: their networks as far as known, else each by its address."""
@@ -76,10 +77,21 @@ class Preparation:
         text = render(
             "root.chrony",
             servers=self._swarm.time.servers,
-            allowed=[] if anyone else [*dict.fromkeys(subnets), *outside],
+            allowed=[] if anyone else [*dict.fromkeys(subnets), *outside, *self._robots_behind(host)],
             anyone=anyone,
         )
-        return _clock(text)
+        return replace(_clock(text), by_hand=self._time_of_robots(host))
+
+    def _robots_behind(self, host: Host) -> Mapping[str, Robot]:
+        """The robots that reach ``host`` alone, and have a clock of their own, by their addresses."""
+        robots = (one for one in self._swarm.robots_on(host.name) if one.host_address is not None)
+        return {one.node_address: one for one in robots if one.node_address and ip_of(one.node_address)}
+
+    def _time_of_robots(self, host: Host) -> tuple[str, ...]:
+        return tuple(
+            f"robot {one.name} ({address}) has a clock of its own; set its time server to {one.host_address}"
+            for address, one in self._robots_behind(host).items()
+        )
 
     @cached_property
     def _awake(self) -> Part:

@@ -93,6 +93,12 @@ class RosDriver(RosLaunchable):
         description="Whether the robot runs nodes of ROS 2 itself, at the address of its link: the nodes of "
         "its host then look for others there.",
     )
+    peer_namespace: Printable | None = Field(
+        None,
+        examples=["{namespace}/_do_not_use"],
+        description="The namespace of the nodes of such a robot, which a person sets on it; `plan` and "
+        "`prepare` print it.",
+    )
     ungated: bool = Field(
         False,
         description="Whether swarmctl's gate is left out: then every publisher of its command topic commands "
@@ -114,9 +120,9 @@ class RosDriver(RosLaunchable):
         yield from texts_in(self.params, "params")
         yield from texts_in(self.args, "args")
         yield from texts_in(self.environment, "environment")
-        for key, frame in (("odom_frame", self.odom_frame), ("base_frame", self.base_frame)):
-            if frame is not None:
-                yield (key,), frame
+        for key in ("odom_frame", "base_frame", "peer_namespace"):
+            if (text := getattr(self, key)) is not None:
+                yield (key,), text
 
     @property
     def odometry_frame(self) -> str:
@@ -173,6 +179,11 @@ class RosDriver(RosLaunchable):
             )
         if self.reason is not None and not self.ungated:
             yield ConsistencyError("`reason` belongs to `ungated: true`; remove it", "reason")
+
+    @fits_together
+    def _has_nodes_for_its_namespace(self) -> Iterator[ConsistencyError]:
+        if self.peer_namespace is not None and not self.peer:
+            yield ConsistencyError("`peer_namespace` belongs to `peer: true`; remove it", "peer_namespace")
 
     @fits_together
     def _commands_are_velocities(self) -> Iterator[ConsistencyError]:

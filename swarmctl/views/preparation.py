@@ -13,6 +13,7 @@ from swarmctl.plan.host_preparation import HostPreparation, Kind
 from swarmctl.plan.plan import Problem
 from swarmctl.views.equal_hosts import Names, grouped, merged, merged_behind
 from swarmctl.views.escape import printable
+from swarmctl.views.notes import notes
 from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist
 
@@ -50,6 +51,9 @@ class PreparationView:
         fit = [host.host for host in hosts if host.fit]
         if fit and len(fit) < len(hosts):
             text.append_text(self._line(Text(f"\nfit: {hostlist.written(fit)}")))
+        noted = [(host.host, note) for host in hosts for note in host.notes]
+        shown = notes(noted, self.names, details=self.details, width=self.width, complete=self.complete)
+        text.append("\n" if noted else "").append_text(shown)
         text.rstrip()
         return text
 

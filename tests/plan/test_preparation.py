@@ -13,6 +13,7 @@ from swarmctl.plan.host_needs import ACCOUNT_GROUPS, HostNeeds, needs_of
 from swarmctl.plan.host_preparation import HostPreparation, preparation
 from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.render.build_bundle import bundles
+from swarmctl.views.preparation import PreparationView
 from tests import ROOT
 from tests.loading import load_swarm
 
@@ -121,6 +122,12 @@ def test_every_group_of_a_unit_is_provided_for() -> None:
 
 def test_a_fit_host_has_nothing_to_do() -> None:
     assert planned().fit
+
+
+def test_what_to_set_on_a_robot_is_noted_of_a_fit_host() -> None:
+    found = preparation(replace(NEEDS, by_hand=("robot a runs nodes itself",)), FIT)  # type: ignore[arg-type]
+    assert found.fit
+    assert PreparationView().text([found]).plain == "nothing to do\n\nnote: pi: robot a runs nodes itself"
 
 
 def test_the_package_that_apt_has_is_chosen() -> None:

@@ -139,6 +139,12 @@ def test_a_host_that_cannot_write_its_boards_drives_all_the_same() -> None:
     assert "apt install avrdude" in note
 
 
+def test_what_to_set_on_a_robot_is_a_note_until_the_deploy() -> None:
+    by_hand = replace(bundle(a="a2"), by_hand=("robot a runs nodes itself",))
+    assert reconcile(by_hand, running(bundle())).notes == by_hand.by_hand
+    assert reconcile(by_hand, running(by_hand)).notes == ()
+
+
 @pytest.mark.parametrize(
     ("facts", "notes"),
     [

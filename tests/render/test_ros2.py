@@ -319,3 +319,35 @@ def test_such_a_robot_passes_the_firewall_and_the_ip_list_of_its_host(tmp_path: 
 def test_a_router_of_such_a_host_listens_at_every_address(host: str, address: str, tmp_path: Path) -> None:
     text = TURTLEBOT4.replace("distro: jazzy", "distro: jazzy, rmw: zenoh")
     assert f"tcp/{address}:7447" in text_of(bundle_of(tmp_path, text, host), UNIT).partition("connect")[0]
+
+
+@pytest.mark.parametrize(
+    ("ros", "rmw", "server"),
+    [
+        ("servers: [t1, t2, pc]", "rmw_fastrtps_cpp", "discovery server ;192.168.187.3:11811"),
+        ("servers: [t2]", "rmw_fastrtps_cpp", "discovery server 192.168.187.3:11811"),
+        (
+            "servers: [pc]",
+            "rmw_fastrtps_cpp",
+            "and add t2 to `ros.servers`: over its link it reaches no other host",
+        ),
+        ("servers: [t2], rmw: zenoh", "rmw_zenoh_cpp", 'routers ["tcp/192.168.187.3:7447"]'),
+    ],
+)
+def test_a_release_says_what_a_person_sets_on_a_robot(
+    ros: str, rmw: str, server: str, tmp_path: Path
+) -> None:
+    bundle = bundle_of(tmp_path, TURTLEBOT4.replace("servers: [t1, t2, pc]", ros), "t2")
+    robot = "robot b (192.168.187.2)"
+    assert set(bundle.by_hand) == {
+        f"{robot} runs nodes itself; set on it: domain 58, {rmw}, namespace /b/_do_not_use, {server}",
+        f"{robot} has a clock of its own; set its time server to 192.168.187.3",
+    }
+    assert "\nallow 192.168.187.2\n" in text_of(bundle, "chrony/block")
+
+
+def test_a_robot_in_the_network_of_the_hosts_reaches_every_server(tmp_path: Path) -> None:
+    text = CREATE.format(mode="central\nhub: desk").replace("kilted", "jazzy, discovery: server")
+    text = text.replace("192.168.186.2", "192.168.77.12").replace("server}", "server, servers: [pi, desk]}")
+    (note,) = bundle_of(tmp_path, text, "desk").by_hand
+    assert note.endswith("discovery server 192.168.77.11:11811;192.168.77.10:11811")

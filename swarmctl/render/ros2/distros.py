@@ -67,6 +67,7 @@ class Ros2:
             files=(*ros2_release.files(swarm, host, island), *ros2_drivers.files(swarm, host)),
             requires=ament_packages.requires(swarm, host, island),
             wants=sketch.wants(swarm, host),
+            by_hand=tuple(graph_environment.of_robots(swarm, host, island)),
         )
         yield enclave_files.part(swarm, host)
         if host.name in island.discovery.servers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from swarmctl.render.ros2 import enclaves
 from swarmctl.render.ros2.discovery_files import (
@@ -20,7 +20,7 @@ from swarmctl.render.service_values import home, toward_robots
 from swarmctl.spec.ros_model import Rmw
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import bracketed, ip_of
-from swarmctl.swarm.resolved import Host, Island, Swarm
+from swarmctl.swarm.resolved import ForeignDriver, Host, Island, Robot, Swarm
 
 IMPLEMENTATIONS: Mapping[Rmw, str] = {
     "fastrtps": "rmw_fastrtps_cpp",
@@ -83,6 +83,37 @@ def of_visitors(swarm: Swarm, island: Island) -> dict[str, str]:
             "ZENOH_CONFIG_OVERRIDE": f"{visits};connect/endpoints={_endpoints(_servers(swarm, island))}",
         }
     return _discovery_server(swarm, island) if island.discovery.method == "server" else {}
+
+
+def of_robots(swarm: Swarm, host: Host, island: Island) -> Iterator[str]:
+    """Yields what a person sets on each robot of ``host`` that runs nodes itself."""
+    for robot in swarm.robots_on(host.name):
+        if robot.node_address is None or not isinstance(robot.driver, ForeignDriver):
+            continue
+        namespace, servers = robot.driver.ros.peer_namespace, _servers_of(swarm, host, island, robot)
+        values = (
+            f"domain {island.discovery.domain}",
+            IMPLEMENTATIONS[island.discovery.rmw],
+            *([f"namespace /{namespace}"] if namespace else []),
+            *([servers] if island.discovery.servers else []),
+        )
+        yield f"robot {robot.name} ({robot.node_address}) runs nodes itself; set on it: {', '.join(values)}"
+
+
+def _servers_of(swarm: Swarm, host: Host, island: Island, robot: Robot) -> str:
+    """The servers that a robot reaches, each at the place of its id; over a cable only that of its host."""
+    reached = {name: swarm.hosts[name].ros_address for name in island.discovery.servers}
+    if robot.host_address is not None:
+        reached = {name: robot.host_address for name in reached if name == host.name}
+    if not reached:
+        return f"and add {host.name} to `ros.servers`: over its link it reaches no other host"
+    if island.discovery.method == "zenoh":
+        return f"routers {_endpoints(reached.values())}"
+    places = (
+        f"{bracketed(reached[one])}:{SERVER_PORT}" if one in reached else ""
+        for one in island.discovery.servers
+    )
+    return f"discovery server {';'.join(places).rstrip(';')}"
 
 
 def own_address(host: Host, island: Island) -> str:
