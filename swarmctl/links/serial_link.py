@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -27,6 +27,12 @@ class Usb(Model):
         description="The USB port, for an adapter without a serial number, such as a CH340 "
         "(`udevadm info -a`, KERNELS next to the adapter's ATTRS{idVendor}). The adapter has to stay in it.",
     )
+    interface: Annotated[int, Field(ge=0, le=255)] | None = Field(
+        None,
+        examples=[1],
+        description="Which port of an adapter with several, such as an FT4232H: its USB interface "
+        "(`udevadm info /dev/ttyUSB0`, ID_USB_INTERFACE_NUM, which is hexadecimal).",
+    )
     vendor: HexId | None = Field(None, description="Vendor id, four hexadecimal digits.")
     product: HexId | None = Field(None, description="Product id, four hexadecimal digits.")
 
@@ -45,9 +51,10 @@ class UsbLine:
 
     @property
     def title(self) -> str:
+        port = f"interface {self.usb.interface} of " if self.usb.interface is not None else ""
         if self.usb.path:
-            return f"the USB adapter in port {self.usb.path}"
-        return f"the USB adapter with serial number {self.usb.serial}"
+            return f"{port}the USB adapter in port {self.usb.path}"
+        return f"{port}the USB adapter with serial number {self.usb.serial}"
 
 
 @dataclass(frozen=True)

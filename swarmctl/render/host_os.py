@@ -144,5 +144,6 @@ def _adapter(robot: str, usb: Usb) -> dict[str, object]:
     return {
         "robot": robot,
         "port": usb.path,
+        "interface": None if usb.interface is None else f"{usb.interface:02x}",
         "identity": [(key, value) for key, value in known.items() if value],
     }

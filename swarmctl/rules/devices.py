@@ -17,6 +17,14 @@ _NUMBERED = ("/dev/ttyUSB", "/dev/ttyACM")
 _BY_ID = "/dev/serial/by-id/"
 _RFCOMM = "/dev/rfcomm"
 _CH340 = ("1a86", "7523")
+# Chips with several ports and one serial number (usb.ids): how many ports, and what people call it.
+_SEVERAL_PORTS = {
+    ("0403", "6010"): (2, "an FT2232"),
+    ("0403", "6011"): (4, "an FT4232H"),
+    ("10c4", "ea70"): (2, "a CP2105"),
+    ("10c4", "ea71"): (4, "a CP2108"),
+}
+INTERFACE = "(`udevadm info /dev/ttyUSB0` shows it as ID_USB_INTERFACE_NUM)"
 _PORT = "(`udevadm info -a` shows it as KERNELS)"
 _UDEVADM = "(`udevadm info -a` shows the serial number)"
 _WAYS_TO_NAME_A_DEVICE = (
@@ -108,10 +116,19 @@ def unstable_devices(context: RuleContext) -> Iterator[Diagnostic]:
 
 @rule("DEV003", "DEV004")
 def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
-    """A USB serial number that is invalid, or that many adapters have."""
+    """A USB serial number that is invalid, or that many adapters or several ports have."""
     for index, link in context.lines:
         if not isinstance(link, Serial) or link.usb is None:
             continue
+        several = _SEVERAL_PORTS.get((link.usb.vendor or "", link.usb.product or ""))
+        if several is not None and link.usb.interface is None and link.usb.identity:
+            yield Diagnostic(
+                "DEV004",
+                f"`usb` of `{link.robot}` names {several[1]}, which has {several[0]} ports",
+                context.span("links", index, "usb", "path" if link.usb.path else "serial"),
+                label="the same for all of them",
+                help=(f"add the port's number: `interface`, 0 to {several[0] - 1} {INTERFACE}",),
+            )
         serial = link.usb.serial
         if serial is None:
             continue

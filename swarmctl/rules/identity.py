@@ -13,7 +13,7 @@ from swarmctl.links.bluetooth_link import Bluetooth
 from swarmctl.links.radio_link import Radio
 from swarmctl.links.serial_link import Serial, Usb
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.rules.devices import FACTORY
+from swarmctl.rules.devices import FACTORY, INTERFACE
 from swarmctl.rules.opened_devices import Opened, opened_twice
 from swarmctl.spec.references import rename, renaming
 from swarmctl.swarm import names
@@ -22,7 +22,7 @@ from swarmctl.swarm.ip_links import IpEnds
 from swarmctl.yamltext.edits import make_fix, replace_value
 
 _LOCALHOST = "localhost"
-_BY_ID = re.compile(r"/dev/serial/by-id/usb-.*_([A-Za-z0-9]{8,})-if[0-9a-f]{2}(?:-port[0-9]+)?")
+_BY_ID = re.compile(r"/dev/serial/by-id/usb-.*_([A-Za-z0-9]{8,})-if([0-9a-f]{2})(?:-port[0-9]+)?")
 _MODELS = 50  # adapters of one serial number that are compared: nobody has so many models of them
 _PINS = ("/dev/serial0", "/dev/ttyAMA0", "/dev/ttyS0")
 _ONE_UART = ("raspberry-pi-2", "raspberry-pi-3", "raspberry-pi-4", "raspberry-pi-zero")
@@ -34,6 +34,7 @@ Claim = tuple[Hashable, str, Place]  # the value, its owner, and its place in th
 @rule("ID002")
 def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
     """Two robots, or a robot and a program, of one host on one device or USB adapter."""
+    of_adapters: list[Claim] = []
     claims: list[Claim] = []
     adapters: dict[tuple[str, str], list[Usb]] = {}
     for index, link in context.lines:
@@ -41,22 +42,25 @@ def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
             named = adapters.setdefault((link.host, link.usb.identity), [])
             if len(named) >= _MODELS:
                 continue
-            same = (place for place, one in enumerate(named) if _may_be_one(one, link.usb))
-            adapter = next(same, len(named))
-            named[adapter:] = named[adapter:] or [link.usb]
-            claims.append(
-                (
-                    (link.host, link.usb.identity, adapter),
-                    f"robot `{link.robot}`",
-                    ("links", index, *_place(link)),
-                )
-            )
+            port = _port_among(named, link.usb)
+            if port == len(named):
+                named.append(link.usb)
+            claimed = (link.host, link.usb.identity, port)
+            of_adapters.append((claimed, f"robot `{link.robot}`", ("links", index, *_place(link))))
     for index, link in context.lines:
         if isinstance(link, Serial) and link.usb is None and link.device is not None:
-            named_by = (link.host, _serial_in(link.device))
-            port = (*named_by, 0) if named_by in adapters else (link.host, _port(context, link))
-            claims.append((port, f"robot `{link.robot}`", ("links", index, "device")))
-    yield from duplicates(context, "ID002", "serial device", claims, "each robot needs its own serial link")
+            owner, place = f"robot `{link.robot}`", ("links", index, "device")
+            usb = _usb_in(link.device)
+            named = adapters.get((link.host, usb.identity), [])
+            port = _port_among(named, usb)
+            if port < len(named):
+                of_adapters.append(((link.host, usb.identity, port), owner, place))
+            else:
+                claims.append(((link.host, _path(context, link)), owner, place))
+    own = "each robot needs its own serial link"
+    yield from duplicates(context, "ID002", "serial device", claims, own)
+    help_ = f"{own}; ports of one adapter differ in `interface` {INTERFACE}"
+    yield from duplicates(context, "ID002", "serial device", of_adapters, help_)
     yield from opened_twice(context, _of_lines(context))
 
 
@@ -64,18 +68,20 @@ def _of_lines(context: RuleContext) -> Iterator[Opened]:
     for index, link in context.lines:
         device = link.device_of(0, 1, "") if isinstance(link, Serial) else None
         if isinstance(link, Serial) and device is not None:
-            path = device.path if link.usb is not None else _port(context, link)
+            path = device.path if link.usb is not None else _path(context, link)
             place = partial(context.span, "links", index, *_place(link))
             yield Opened(link.host, path, f"robot `{link.robot}`", place)
 
 
-def _serial_in(device: str) -> str:
-    """Returns the serial number in a path of /dev/serial/by-id; empty if it has none."""
+def _usb_in(device: str) -> Usb:
+    """Returns the serial number and interface in a path of /dev/serial/by-id; none of both if it has none."""
     found = _BY_ID.fullmatch(device)
-    return found[1] if found and any(char.isdigit() for char in found[1]) else ""
+    if found is None or not any(char.isdigit() for char in found[1]):
+        return Usb.model_construct()
+    return Usb.model_construct(serial=found[1], interface=int(found[2], 16))
 
 
-def _port(context: RuleContext, link: Serial) -> str:
+def _path(context: RuleContext, link: Serial) -> str:
     """Returns a device's path; the pins of a Raspberry Pi have one UART, which has several names."""
     computer = context.computer_of(link.host) or "" if link.host in context.spec.hosts else ""
     on_pins = link.device in _PINS and computer.startswith(_ONE_UART)
@@ -89,7 +95,7 @@ def adapters_of_two_hosts(context: RuleContext) -> Iterator[Diagnostic]:
     for index, link in context.lines:
         if not isinstance(link, Serial) or (link.usb is None and link.device is None):
             continue
-        usb = link.usb or Usb.model_construct(serial=_serial_in(link.device or ""), vendor=None, product=None)
+        usb = link.usb or _usb_in(link.device or "")
         if usb.path or not usb.serial or FACTORY.fullmatch(usb.serial):
             continue
         earlier = first.setdefault(usb.serial, [])
@@ -120,7 +126,20 @@ def _place(link: Serial) -> tuple[str, ...]:
 
 def _may_be_one(first: Usb, second: Usb) -> bool:
     """True if one udev rule could match both adapters; cheap ones differ only in their ids."""
-    pairs = ((first.vendor, second.vendor), (first.product, second.product))
+    return _agree((first.vendor, second.vendor), (first.product, second.product))
+
+
+def _port_among(named: list[Usb], usb: Usb) -> int:
+    """Returns the place of the first port that one udev rule could match, too; the end without one."""
+    same = (
+        place
+        for place, one in enumerate(named)
+        if _may_be_one(one, usb) and _agree((one.interface, usb.interface))
+    )
+    return next(same, len(named))
+
+
+def _agree(*pairs: tuple[object, object]) -> bool:
     return all(one is None or other is None or one == other for one, other in pairs)
 
 

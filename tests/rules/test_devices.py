@@ -24,6 +24,7 @@ hosts: {laptop: {address: 192.168.77.10, bluetooth: [hci0]}}
 robots: {koala: {type: koala, host: laptop}}
 links: [LINK]
 """
+BY_ID = "/dev/serial/by-id/usb-FTDI_Quad_RS232-HS_FT4ABCDE"
 
 
 def codes(link: str) -> list[str]:
@@ -69,18 +70,40 @@ def test_serial_numbers_that_are_none(serial: str, code: str) -> None:
         ('{vendor: 1a86, product: "7523"}', "LINK004"),
         ('{serial: A1, vendor: 1a86, product: "7523"}', "DEV004"),
         ("{serial: A1, vendor: 1a86, product: 55d4}", ""),
+        ('{serial: FT4ABCDE, vendor: "0403", product: "6011"}', "DEV004"),
+        ('{path: 1-1.3, vendor: "0403", product: "6010"}', "DEV004"),
+        ("{serial: FT4ABCDE, vendor: 10c4, product: ea70}", "DEV004"),
+        ("{serial: FT4ABCDE, vendor: 10c4, product: ea71, interface: 3}", ""),
     ],
 )
 def test_adapters_without_a_serial_number_have_a_port(usb: str, code: str) -> None:
     assert codes(f"{{kind: serial, host: laptop, robot: koala, usb: {usb}}}") == ([code] if code else [])
 
 
-def test_the_udev_rule_of_a_port_names_no_serial_number(tmp_path: Path) -> None:
-    link = '{kind: serial, host: laptop, robot: koala, usb: {path: 1-1.3, vendor: 1a86, product: "7523"}}'
+def rendered(tmp_path: Path, usb: str) -> dict[str, str]:
+    link = f"{{kind: serial, host: laptop, robot: koala, usb: {usb}}}"
     (tmp_path / "swarm.yaml").write_text(SPEC.replace("LINK", link))
     swarm, _ = load_swarm(tmp_path / "swarm.yaml")
     assert swarm is not None
-    files = {file.path: file.content.decode() for file in bundles(swarm)["laptop"].files}
+    return {file.path: file.content.decode() for file in bundles(swarm)["laptop"].files}
+
+
+@pytest.mark.parametrize(("usb", "device"), [
+    ("{serial: FT4ABCDE, interface: 10}", 'ATTRS{serial}=="FT4ABCDE"'),
+    ("{path: 1-1.3, interface: 10}", 'KERNELS=="1-1.3"'),
+])  # fmt: skip
+def test_the_udev_rule_of_an_adapter_with_several_ports_names_one(
+    tmp_path: Path, usb: str, device: str
+) -> None:
+    """ATTRS of a rule are those of one parent (udev(7)); the number is as sysfs has it."""
+    files = rendered(tmp_path, usb)
+    by_interface = f'SUBSYSTEMS=="usb", {device}, ENV{{ID_USB_INTERFACE_NUM}}=="0a", SYMLINK+="swarm/koala"'
+    assert by_interface in files["udev/60-swarm.rules"]
+    assert "INTERFACE" not in files["udev/90-swarm.rules"]  # brltty takes the whole adapter
+
+
+def test_the_udev_rule_of_a_port_names_no_serial_number(tmp_path: Path) -> None:
+    files = rendered(tmp_path, '{path: 1-1.3, vendor: 1a86, product: "7523"}')
     by_port = (
         'SUBSYSTEMS=="usb", KERNELS=="1-1.3", ATTRS{idVendor}=="1a86", ATTRS{idProduct}=="7523", SYMLINK+='
     )
@@ -89,13 +112,25 @@ def test_the_udev_rule_of_a_port_names_no_serial_number(tmp_path: Path) -> None:
     assert "serial}" not in files["udev/60-swarm.rules"]
 
 
-def test_two_robots_in_one_port_are_an_error() -> None:
+@pytest.mark.parametrize(
+    ("first", "second", "found"),
+    [
+        ("usb: {path: 1-1.3}", "usb: {path: 1-1.3}", ["ID002"]),
+        ("usb: {path: 1-1.3, interface: 0}", "usb: {path: 1-1.3, interface: 1}", []),
+        ("usb: {serial: FT4ABCDE, interface: 0}", "usb: {serial: FT4ABCDE, interface: 1}", []),
+        ("usb: {serial: FT4ABCDE, interface: 1}", "usb: {serial: FT4ABCDE, interface: 1}", ["ID002"]),
+        ("usb: {serial: FT4ABCDE}", "usb: {serial: FT4ABCDE, interface: 1}", ["ID002"]),
+        ("usb: {serial: FT4ABCDE, interface: 1}", f"device: {BY_ID}-if01-port0", ["DEV001", "ID002"]),
+        ("usb: {serial: FT4ABCDE, interface: 0}", f"device: {BY_ID}-if01-port0", ["DEV001"]),
+    ],
+)
+def test_two_robots_in_one_port_are_an_error(first: str, second: str, found: list[str]) -> None:
     two = SPEC.replace("robots: {", "robots: {other: {type: koala, host: laptop}, ")
-    link = "{kind: serial, host: laptop, robot: NAME, usb: {path: 1-1.3}}"
-    links = ", ".join(link.replace("NAME", one) for one in ("koala", "other"))
+    ends = {"koala": first, "other": second}
+    links = ", ".join(f"{{kind: serial, host: laptop, robot: {name}, {end}}}" for name, end in ends.items())
     document, problems = load_text(two.replace("LINK", links), "swarm.yaml", load_catalog())
     assert document is not None, problems
-    assert [one.code for one in lint(document)] == ["ID002"]
+    assert [one.code for one in lint(document)] == found
 
 
 @pytest.mark.parametrize(
