@@ -276,6 +276,11 @@ Port = Annotated[int, Field(ge=1, le=65535)]
 # Units run without privileges, and the port of the discovery is 300 above that of the master.
 MasterPort = Annotated[int, Field(ge=1024, le=65235)]
 Group = Annotated[str, Field(examples=["226.0.0.0"]), AfterValidator(_group)]
+SystemId = Annotated[int, Field(
+    ge=1, le=255, examples=[2],
+    description="The vehicle's MAVLink system id, as its autopilot has it: MAV_SYS_ID of a PX4, "
+    "SYSID_THISMAV of an ArduPilot.",
+)]  # fmt: skip
 Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200]), Unit("baud")]
 # A device writes any text here; what would be a pattern or a quote in a udev rule is left out.
 UsbText = Annotated[str, matching(
@@ -295,6 +300,12 @@ HexId = Annotated[str, matching(
 ), AfterValidator(str.lower)]  # fmt: skip
 GraphName = Annotated[str, matching(
     r"^[A-Za-z~/][A-Za-z0-9_/]*$", "a ROS name has letters, digits, _ and /, a letter first", max_length=200,
+    description="A ROS graph name.", examples=["cmd_vel"],
+)]  # fmt: skip
+# Mavros has the system id of its vehicle in names.
+DriverName = Annotated[str, matching(
+    r"^([A-Za-z~/]|\{system_id\})([A-Za-z0-9_/]|\{system_id\})*$",
+    "a ROS name has letters, digits, _ and /, a letter first, and may have {system_id}", max_length=200,
     description="A ROS graph name.", examples=["cmd_vel"],
 )]  # fmt: skip
 NAMESPACE = r"^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$"

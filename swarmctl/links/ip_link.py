@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from swarmctl.field_types import Port, RobotAddress
+from swarmctl.field_types import Port, RobotAddress, SystemId
 from swarmctl.links.link_base import Ends, RobotLink
 from swarmctl.units import Unit
 
@@ -16,13 +16,14 @@ class IpLink(RobotLink):
     """What a udp and a tcp link have in common: a robot with an address of its own."""
 
     header_bytes: ClassVar[int]  # around the data of a packet: Ethernet, IP, and UDP or TCP
-    device_keys: ClassVar[tuple[str, ...]] = ("address", "port", "local_ports")
+    device_keys: ClassVar[tuple[str, ...]] = ("address", "port", "local_ports", "system_id")
     type_keys: ClassVar[tuple[str, ...]] = ("port", "local_ports", "load_mbps", "host_address")
     placeholders: ClassVar[Mapping[str, str]] = {
         "link_address": "the address of its {} link",
         "link_port": "the robot's port of its {} link",
         "local_port": "the first of the `local_ports` of its {} link",
         "local_port_2": "the second of the `local_ports` of its {} link",
+        "system_id": "the vehicle's MAVLink system id, of its {} link",
         "uri": "its link as a URI: {}",
     }
     example: ClassVar[str] = "address: ..."
@@ -45,6 +46,7 @@ class IpLink(RobotLink):
         "USB cable: its discovery server or router listens there, too, for a robot that runs nodes itself. "
         "The robot type's own by default.",
     )
+    system_id: SystemId = 1
     capacity_mbps: Annotated[float, Field(gt=0, le=100_000), Unit("Mbit/s")] | None = Field(
         None,
         examples=[5.0],
@@ -65,7 +67,7 @@ class IpLink(RobotLink):
         return f"{self.address}:{port}" if port is not None else self.address
 
     def values(self, ends: Ends) -> dict[str, str | int]:
-        values: dict[str, str | int] = {"link_address": self.address}
+        values: dict[str, str | int] = {"link_address": self.address, "system_id": self.system_id}
         values |= dict(zip(("local_port", "local_port_2"), ends.local_ports, strict=False))
         if ends.port is not None:
             values |= {"link_port": ends.port, "uri": self.uri(ends.port, ends.local_ports)}

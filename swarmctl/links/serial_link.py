@@ -8,8 +8,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from swarmctl.field_types import Baud, DevicePath, HexId, Model, UsbPort, UsbText
-from swarmctl.links.link_base import Delay, Device, Line
+from swarmctl.field_types import Baud, DevicePath, HexId, Model, SystemId, UsbPort, UsbText
+from swarmctl.links.link_base import Delay, Device, Ends, Line
 
 FTDI = "0403"  # vendor id of Future Technology Devices International (usb.ids)
 
@@ -69,12 +69,13 @@ class Serial(Line):
     """A serial line between a host and a robot: a USB adapter by its identity, or a fixed device."""
 
     wired: ClassVar[bool] = True
-    device_keys: ClassVar[tuple[str, ...]] = ("usb", "device", "baud")
+    device_keys: ClassVar[tuple[str, ...]] = ("usb", "device", "baud", "system_id")
     type_keys: ClassVar[tuple[str, ...]] = ("baud",)
     title: ClassVar[str] = "serial"
     placeholders: ClassVar[Mapping[str, str]] = {
         "device": "the device of its {} link",
         "baud": "bits per second of its {} link",
+        "system_id": "the vehicle's MAVLink system id, of its {} link",
         "uri": "its link as a URI: {}",
     }
     example: ClassVar[str] = "usb: {serial: ...}"
@@ -96,6 +97,8 @@ class Serial(Line):
     )
     baud: Baud | None = Field(None, description="Bits per second; the robot type's own by default.")
 
+    system_id: SystemId = 1
+
     @classmethod
     def first_value(cls, number: int, robot: str, dongle: int) -> str:
         return f"SERIAL-OF-{robot.upper()}"
@@ -112,6 +115,9 @@ class Serial(Line):
 
     def label(self, adapter: str | None, port: int | None) -> str:
         return self.device or "usb"
+
+    def values(self, ends: Ends) -> dict[str, str | int]:
+        return {**super().values(ends), "system_id": self.system_id}
 
     def device_of(self, number: int, channel: int, adapter: str) -> Device | None:
         if self.usb is not None:

@@ -46,9 +46,9 @@ def _gate(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> ExpectedGate | N
 
 
 def _node(robot: Robot) -> str:
-    """Returns the node of a driver; a launch file names its nodes itself."""
+    """Returns the node of a driver, unless it names its nodes itself."""
     driver = robot.driver
-    return "" if isinstance(driver, ForeignDriver) and driver.ros.launch else robot.driver_node
+    return "" if isinstance(driver, ForeignDriver) and driver.ros.names_its_nodes else robot.driver_node
 
 
 def _published(robot: Robot) -> tuple[DriverTopic, ...]:

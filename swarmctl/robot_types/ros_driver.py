@@ -10,6 +10,7 @@ from pydantic import Field
 
 from swarmctl.field_types import (
     ConsistencyError,
+    DriverName,
     FrameName,
     GraphName,
     PackageName,
@@ -81,6 +82,11 @@ class RosDriver(RosLaunchable):
         examples=[["/dev/kobuki"]],
         description="Devices of its host that it opens without a parameter or argument that names them.",
     )
+    remap: dict[DriverName, DriverName] = Field(
+        default_factory=dict,
+        examples=[{"/odom": "odom"}],
+        description="Names to change; they may have the placeholder {system_id}.",
+    )
     requires: tuple[PackageName, ...] = Field(
         (), examples=[["joy"]], description="ROS packages without which it cannot run."
     )
@@ -115,6 +121,11 @@ class RosDriver(RosLaunchable):
         return not self.distros or distro in self.distros
 
     @property
+    def names_its_nodes(self) -> bool:
+        """Whether it names its nodes itself, as a launch file does, or the firmware behind an agent."""
+        return self.launch is not None or self.package == "micro_ros_agent"
+
+    @property
     def texts(self) -> Iterator[tuple[Loc, str]]:
         """Every text that may have placeholders, with its place."""
         yield from texts_in(self.params, "params")
@@ -123,6 +134,13 @@ class RosDriver(RosLaunchable):
         for key in ("odom_frame", "base_frame", "peer_namespace"):
             if (text := getattr(self, key)) is not None:
                 yield (key,), text
+
+    @property
+    def placeholders(self) -> Iterator[tuple[Loc, str]]:
+        """Every placeholder in its texts and in the names that it changes, with its place."""
+        yield from ((loc, one) for loc, text in self.texts for one in placeholders_in(text))
+        for old, new in self.remap.items():
+            yield from ((("remap", old), one) for one in placeholders_in(old + new))
 
     @property
     def odometry_frame(self) -> str:

@@ -8,28 +8,36 @@ from typing import NamedTuple
 
 from swarmctl.diagnostics import Diagnostic, Note, Span, note_of_other
 from swarmctl.links.ip_link import IpLink
+from swarmctl.links.tcp_link import Tcp
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.robot_types.placeholders import PlaceholderError, filled, meanings, placeholders_in
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.rules.topics import bridged
 from swarmctl.swarm.names import driver_node, resolved
+from swarmctl.yamltext import edits
 from swarmctl.yamltext.source import Loc
 
-_PORTS = {"link_port": "port", "uri": "port", "local_port": "local_ports", "local_port_2": "local_ports"}
+# Values that a person may write in a link, with the placeholders by which a driver gets them.
+_VALUES = {
+    "port": ("link_port", "uri"),
+    "local_ports": ("local_port", "local_port_2", "uri"),
+    "baud": ("baud", "uri"),
+    "system_id": ("system_id",),
+}
 
 
 @rule("DRIVER001")
 def unavailable_placeholders(context: RuleContext) -> Iterator[Diagnostic]:
     """A placeholder of a driver's text that the robot's link does not give."""
     for name, driver in context.ros_drivers.items():
-        if not any(placeholders_in(value) for _, value in driver.texts) or _lacks_its_link(context, name):
+        if next(driver.placeholders, None) is None or _lacks_its_link(context, name):
             continue
-        known = context.placeholders_of(name)
-        for loc, value in driver.texts:
-            missing = next((one for one in placeholders_in(value) if one not in known), None)
-            if missing is not None:
-                yield _unavailable(context, name, loc, missing, known)
+        known, missing = context.placeholders_of(name), dict[Loc, str]()
+        for loc, one in driver.placeholders:
+            if one not in known:
+                missing.setdefault(loc, one)  # one finding for a text
+        yield from (_unavailable(context, name, loc, one, known) for loc, one in missing.items())
 
 
 def _lacks_its_link(context: RuleContext, robot: str) -> bool:
@@ -45,8 +53,8 @@ def _unavailable(
     given = context.line_of(robot)
     if given is None:
         link = f"connect it by a {' or '.join(kinds)} link" if kinds else "add a link that has it"
-    elif missing in _PORTS and isinstance(given, IpLink):
-        link = f"write `{_PORTS[missing]}` in the link of `{robot}`"
+    elif isinstance(given, IpLink) and (keys := [key for key, used in _VALUES.items() if missing in used]):
+        link = f"write `{keys[0]}` in the link of `{robot}`"
     else:
         link = f"a {given.kind} link has none"
     place = Note(context.span("robots", robot, key=True), f"robot `{robot}`")
@@ -58,6 +66,44 @@ def _unavailable(
         label="no such link" if given is None or not isinstance(given, IpLink) else "its link has none",
         notes=(place,) if span != place.span else (),
         help=(f"{link}, or use one of {', '.join(f'{{{one}}}' for one in known)}",),
+    )
+
+
+@rule("DRIVER005")
+def unused_values(context: RuleContext) -> Iterator[Diagnostic]:
+    """A value in a link that nothing uses: no text of the robot's driver has a placeholder for it."""
+    for index, link in context.lines:
+        driver = context.ros_drivers.get(link.robot)
+        if (driver is None and link.robot not in context.driven_robots) or _lacks_its_link(
+            context, link.robot
+        ):
+            continue
+        used = {"baud"}  # by swarmctl's driver
+        if driver is not None:
+            used = {one for _, one in driver.placeholders}
+        for key, placeholders in _VALUES.items():
+            giving = [one for one in placeholders if one in link.placeholders]
+            if isinstance(link, Tcp) and key == "local_ports":
+                giving.remove("uri")
+            written = key in link.model_fields_set and getattr(
+                link, key
+            )  # an empty list says that it has none
+            if written and giving and used.isdisjoint(giving):
+                yield _unused(context, ("links", index, key), link.robot, giving)
+
+
+def _unused(context: RuleContext, loc: Loc, robot: str, giving: list[str]) -> Diagnostic:
+    driver = context.ros_drivers.get(robot)
+    texts = " or ".join(f"`{{{one}}}`" for one in giving)
+    return Diagnostic(
+        "DRIVER005",
+        f"`{loc[-1]}` in the link of `{robot}` has no effect: its driver"
+        f"{'' if driver is None else f', `{driver.package}`,'} does not use it",
+        context.span(*loc),
+        label="used by nothing",
+        notes=(Note(context.span("robots", robot, key=True), "the robot"),),
+        help=() if driver is None else (f"remove it, or write {texts} in `params` or `args` of the driver",),
+        fix=edits.make_fix("remove it", edits.remove(context.source, loc), safe=False),
     )
 
 

@@ -68,7 +68,7 @@ def _clash(context: RuleContext, first: Listener, other: Listener) -> Diagnostic
         help=(
             f"set another one on host `{moved}`: master_port: {free}"
             if free
-            else "write other `local_ports` in one of the links; its driver has to use them"
+            else "write other `local_ports` in one of the links, and in the robot, as UXRCE_DDS_PRT of a PX4"
             if one.of_robot
             else "write another `domain` in `ros`, whose ports are free"
             if _of_a_domain(first) or _of_a_domain(other)

@@ -56,6 +56,9 @@ def launchable(driver: RosDriver, values: Mapping[str, str | int]) -> RosDriver:
             "args": filled(args, values)
             if isinstance(args, dict)
             else tuple(str(filled(word, values)) for word in args),
+            "remap": {
+                str(filled(old, values)): str(filled(new, values)) for old, new in driver.remap.items()
+            },
             "odom_frame": str(filled(driver.odometry_frame, values)),
             "peer_namespace": driver.peer_namespace and str(filled(driver.peer_namespace, values)),
             "environment": {key: str(filled(value, values)) for key, value in driver.environment.items()},

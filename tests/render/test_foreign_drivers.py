@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from swarmctl.render import expected_nodes
 from swarmctl.render.bundle import Bundle
 from tests.loading import load_swarm
 from tests.render.rendered import bundle_of, text_of
@@ -93,3 +94,47 @@ def test_an_unknown_placeholder_within_a_mapping_is_found(tmp_path: Path) -> Non
     assert "`{frames}` is not a placeholder" in error.message
     assert error.span is not None
     assert error.span.line == SPEC[: SPEC.index("odom_frame")].count("\n") + 1
+
+
+VEHICLES = """\
+version: 1
+name: lab
+mode: single-minded
+leader: laptop
+ros: {distro: DISTRO}
+hosts:
+  laptop: {address: 192.168.77.10}
+robots:
+  uav-[1-2]: {type: TYPE, host: laptop}
+links:
+  - {kind: wlan, name: lab, hosts: [laptop]}
+  - {kind: udp, host: laptop, robot: uav-1, address: 192.168.77.31}
+  - {kind: udp, host: laptop, robot: uav-2, address: 192.168.77.32, local_ports: [8889]SYSTEM}
+"""
+
+
+def vehicles(tmp_path: Path, kind: str, distro: str, system: str = "") -> Bundle:
+    spec = VEHICLES.replace("TYPE", kind).replace("DISTRO", distro).replace("SYSTEM", system)
+    return bundle_of(tmp_path, spec, "laptop")
+
+
+def test_each_px4_of_a_host_has_an_agent_on_the_port_of_its_link(tmp_path: Path) -> None:
+    """An agent has no node of its own: those of the firmware are found by their topics."""
+    host = vehicles(tmp_path, "px4", "jazzy")
+    for robot, port in (("uav-1", 8888), ("uav-2", 8889)):
+        unit = text_of(host, f"units/swarm-lab.{robot}.service")
+        assert f"micro_ros_agent micro_ros_agent udp4 -p {port} --ros-args" in unit
+    swarm, _ = load_swarm(tmp_path / "swarm.yaml")
+    assert swarm is not None
+    assert [expected_nodes.driver(swarm, one).node for one in swarm.robots.values()] == ["", ""]
+
+
+@pytest.mark.parametrize("kind", ["mavros-px4", "mavros-apm"])
+@pytest.mark.parametrize(("distro", "file"), [("noetic", "launch"), ("jazzy", "launch.xml")])
+def test_mavros_talks_to_the_system_of_the_link(tmp_path: Path, kind: str, distro: str, file: str) -> None:
+    """mavros_node.cpp of ROS 2 names its topics /uas and the system id."""
+    host = vehicles(tmp_path, kind, distro, ", system_id: 7")
+    for robot, system in (("uav-1", 1), ("uav-2", 7)):
+        launched = text_of(host, f"launch/{robot}.{file}")
+        assert f'<arg name="tgt_system" value="{system}" />' in launched
+        assert f'from="/uas{system}/mavlink_source" to="uas{system}/mavlink_source"' in launched

@@ -88,8 +88,7 @@ def swarms(draw: st.DrawFn) -> Swarm:
         "robots": robots, "programs": programs,
         "control": [{"by": by, "of": [of]} for by, of in control],
         "links": [
-            {"kind": "serial", "host": one["host"], "robot": name, "usb": {"serial": name}}
-            for name, one in robots.items()
+            {"host": one["host"], "robot": name, **_end(one["type"], name)} for name, one in robots.items()
         ],
         **_arrangement(mode),
     }  # fmt: skip
@@ -102,6 +101,12 @@ def _robot(draw: st.DrawFn, name: str, host: st.SearchStrategy[str]) -> dict[str
     kind = draw(st.sampled_from((*NATIVE, *PACKAGES, "pioneer3")))
     found = {"type": kind, "host": draw(host)} | ({"namespace": SPACES[name]} if SPACES[name] else {})
     return found | ({"driver": OUTSIDE} if kind == "pioneer3" else {})
+
+
+def _end(kind: str, robot: str) -> dict[str, Any]:
+    if kind == "px4":
+        return {"kind": "udp", "address": f"{robot}.local"}
+    return {"kind": "serial", "usb": {"serial": robot}}
 
 
 def _typed(topics: list[str]) -> list[dict[str, str]]:

@@ -14,6 +14,7 @@ from swarmctl.resources import onboard, templates
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.settings import RobotSettings, merged
 from swarmctl.spec.catalog import load_catalog
 from tests import ROOT
@@ -29,6 +30,22 @@ def test_the_catalog_has_all_robots_and_no_complaints():
     assert set(TYPES) <= set(catalog.types)
     assert all((*catalog.types.values(), *catalog.drivers.values()))  # a file with a fault raises
     assert catalog.diagnostics == ()
+
+
+def test_values_in_a_link_of_the_catalog_reach_the_drivers():
+    """Else two robots of one host have one port, whatever their links say."""
+    uses = {"baud": {"baud", "uri"}, "port": {"link_port", "uri"}, "local_ports": {"local_port", "uri"}}
+    kinds = load_catalog().types
+    checked = [
+        (name, key, {one for _, one in driver.placeholders} & placeholders)
+        for name, kind in kinds.items()
+        if isinstance(kind, RosRobotType) and kind.link is not None
+        for driver in kind.drivers
+        for key, placeholders in uses.items()
+        if getattr(kind.link, key)
+    ]
+    assert ("px4", "local_ports", {"local_port"}) in checked
+    assert [one for one in checked if not one[2]] == []
 
 
 @pytest.mark.parametrize("type_name", TYPES)

@@ -50,7 +50,7 @@ links:
   - {kind: wlan, name: tello-ap, hosts: [desk], subnet: 192.168.10.0/24}
   - {kind: udp, host: desk, robot: t-1, address: 192.168.10.1, capacity_mbps: 8.0}
   - {kind: udp, host: pi, robot: uav, address: 192.168.77.50}
-  - {kind: tcp, host: pi, robot: rover, address: rover.local, port: 5760, local_ports: []}
+  - {kind: tcp, host: pi, robot: rover, address: rover.local, port: 5760, local_ports: [], system_id: 2}
   - {kind: radio, host: pi, robot: cf-1, uri: radio://0/80/2M/E7E7E7E701}
   - {kind: radio, host: pi, robot: cf-2, uri: radio://0/80/2M/e7e7e7e702}
 control:
@@ -87,8 +87,11 @@ def test_drivers_are_started_with_the_ends_of_their_links(swarm: Swarm) -> None:
         "local_cmd_client_port": 8890,
         "local_vid_server_port": 6038,
     }
-    assert started_with(swarm, "uav") == {"fcu_url": "udp://:14550@192.168.77.50:14555"}
-    assert started_with(swarm, "rover") == {"fcu_url": "tcp://rover.local:5760"}
+    assert started_with(swarm, "uav") == {
+        "fcu_url": "udp://:14550@192.168.77.50:14555",
+        "tgt_system": 1,
+    }
+    assert started_with(swarm, "rover") == {"fcu_url": "tcp://rover.local:5760", "tgt_system": 2}
     assert started_with(swarm, "cf-2") == {"uri": "radio://0/80/2M/E7E7E7E702", "frame": "cf_2"}
 
 
