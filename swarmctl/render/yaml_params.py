@@ -13,6 +13,7 @@ from typing import Any
 import yaml
 
 from swarmctl.render import plain_yaml
+from swarmctl.ros_packages.parameters import rcl_value
 
 _ANGLES = ("deg(", "rad(")  # `deg(90)` without quotes is a number to rosparam
 
@@ -22,6 +23,11 @@ def params_file(data: Mapping[str, Any]) -> bytes:
     if any(isinstance(value, (dict, list, tuple)) for value in data.values()):
         return file_of(entries(data))
     return file_of(_dumped(data))  # on one line
+
+
+def rcl_params_file(data: Mapping[str, Any]) -> bytes:
+    """Returns the content of a parameter file of ROS 2, with quotes where rcl would read another type."""
+    return file_of(_dumped(_Block(data), _RclDumper))
 
 
 def file_of(*texts: str) -> bytes:
@@ -57,10 +63,10 @@ def lines(key: str, value: Any) -> str:
         return _dumped(_Block(data))
 
 
-def _dumped(data: Mapping[str, Any]) -> str:
+def _dumped(data: Mapping[str, Any], dumper: type[_Dumper] | None = None) -> str:
     text: str = yaml.dump(
         data,
-        Dumper=_Dumper,
+        Dumper=dumper or _Dumper,
         sort_keys=False,
         default_flow_style=None,
         width=plain_yaml.WIDTH,
@@ -85,9 +91,21 @@ def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if plain else '"')
 
 
+class _RclDumper(_Dumper):
+    """YAML for rcl, to which `1e5` is a number, and `y` is true."""
+
+
+def _rcl_text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    node = _text(dumper, text)
+    node.style = node.style if isinstance(rcl_value(text), str) else '"'
+    return node
+
+
 def _block(dumper: yaml.SafeDumper, data: _Block) -> yaml.MappingNode:
     return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=False)
 
 
 _Dumper.add_representer(str, _text)
 _Dumper.add_representer(_Block, _block)
+_RclDumper.add_representer(str, _rcl_text)
+_RclDumper.add_representer(_Block, _block)

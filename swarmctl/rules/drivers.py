@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -47,7 +47,7 @@ def _lacks_its_link(context: RuleContext, robot: str) -> bool:
 
 
 def _unavailable(
-    context: RuleContext, robot: str, loc: Loc, missing: str, known: tuple[str, ...]
+    context: RuleContext, robot: str, loc: Loc, missing: str, known: Iterable[str]
 ) -> Diagnostic:
     kinds = context.link_kinds(robot)
     given = context.line_of(robot)

@@ -7,12 +7,12 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import yaml
-
 from swarmctl.diagnostics import Diagnostic, Fix, Span
 from swarmctl.field_types import Parameter
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.ros_packages.parameter_files import ParameterFileError, read_file
 from swarmctl.ros_packages.substitution import FIND
+from swarmctl.rules.parameters import reader_of
 from swarmctl.spec.program_model import Program, Template
 from swarmctl.swarm.file_templates import TemplateError, rendered
 from swarmctl.swarm.program_values import template_values
@@ -49,39 +49,24 @@ def _paths(program: Program) -> Iterator[tuple[Loc, str]]:
         yield ("params", name, "file"), path
 
 
-@rule("PROG029", needs="launched")
+@rule("PROG029", by_distro=True)
 def parameters(context: RuleContext) -> Iterator[Diagnostic]:
-    """A file of parameters that is not a YAML mapping."""
+    """A file of parameters that cannot be loaded."""
+    reader = reader_of(context)
     for name, program in context.spec.programs.items():
         for key, path in program.file_params.items():
             content = context.document.files.content.get(path)
-            wrong = _no_parameters(content) if content is not None else None
-            if wrong is not None:
-                message, line, column = wrong
+            try:
+                if content is not None:
+                    read_file(content, reader)
+            except ParameterFileError as error:
                 yield Diagnostic(
                     "PROG029",
-                    f"{path}:{line}:{column} cannot be loaded as parameters: {message}",
+                    f"{path}:{error.line}:{error.column} cannot be loaded as parameters: {error}",
                     context.span("programs", name, "params", key, "file"),
-                    label="rosparam refuses it" if context.has_masters else "not a mapping of parameters",
-                    help=(
-                        "write `NAME: VALUE` on each line"
-                        + (", as in a file for `rosparam load`" if context.has_masters else ""),
-                    ),
+                    label=f"{reader} refuses it",
+                    help=(error.help or "write `NAME: VALUE` on each line",),
                 )
-
-
-def _no_parameters(content: bytes) -> tuple[str, int, int] | None:
-    """What is wrong with a file for rosparam, its line and its column."""
-    try:
-        root = yaml.compose(content.decode("utf-8"), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark
-        return error.problem or "no YAML", (mark.line if mark else 0) + 1, (mark.column if mark else 0) + 1
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError):
-        return "it is not text in YAML", 1, 1
-    if not isinstance(root, yaml.MappingNode):
-        return "it is not a mapping", 1, 1
-    return None
 
 
 @rule("PROG030")

@@ -277,7 +277,7 @@ def _help_for_type(
 def _plain_number(given: Any) -> str:
     """Help about a number that is written in an odd way; empty for anything else."""
     if is_too_long(given):
-        return "no number here has more than 18 digits"
+        return "no number here has so many digits"
     return f"write {given:.0f}" if isinstance(given, float) and given.is_integer() else ""
 
 

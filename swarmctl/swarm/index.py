@@ -319,11 +319,11 @@ class SwarmIndex:
             return self.driving[by]
         return by if by in self.spec.hosts else None
 
-    def placeholders_of(self, robot: str) -> tuple[str, ...]:
-        """Returns the placeholders that the driver of a robot may use."""
+    def placeholders_of(self, robot: str) -> Mapping[str, str | int]:
+        """Returns the placeholders that the driver of a robot may use, each with a value of its type."""
         link = self.line_of(robot)
         of_link = self.placeholders_of_link(link, "/dev") if link is not None else {}
-        return tuple(placeholder_values(robot, "", "", "", of_link))
+        return placeholder_values(robot, "", "", "", of_link)
 
     def placeholders_of_link(self, link: RobotLink, device: str) -> Mapping[str, str | int]:
         """Returns what a link gives to placeholders; ``device`` is that of a line."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from swarmctl.render.yaml_params import params_file
+from swarmctl.render.yaml_params import rcl_params_file
+from swarmctl.ros_packages.parameters import for_rcl
 from swarmctl.swarm import names
 
 
@@ -34,6 +35,6 @@ def remapping(remap: Mapping[str, str]) -> dict[str, str]:
     return {names.ros2_name(old): names.ros2_name(new) for old, new in remap.items()}
 
 
-def node_params(params: Mapping[str, Any]) -> bytes:
-    """Returns a parameter file for a node of any name."""
-    return params_file({"/**": {"ros__parameters": params}})
+def node_params(params: Mapping[str, Any], node: str = "/**") -> bytes:
+    """Returns a parameter file for a node, of any name by default."""
+    return rcl_params_file({node: {"ros__parameters": for_rcl(params)}})

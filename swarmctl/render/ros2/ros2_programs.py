@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-
-import yaml
+from typing import Any
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
@@ -24,6 +23,7 @@ from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
 from swarmctl.render.ros2.ros2_release import FACE, RUN_NODE, run_node, running, unit_values
 from swarmctl.render.service_values import home
 from swarmctl.robot_types.placeholders import filled
+from swarmctl.ros_packages.parameter_files import read_file
 from swarmctl.spec.program_model import Container
 from swarmctl.swarm import names
 from swarmctl.swarm.program_values import secrets_folder, values_of
@@ -110,7 +110,7 @@ def _command_of(swarm: Swarm, host: Host, island: Island, program: Program) -> t
     elif declared.command is not None:
         words = with_values(swarm, program, declared.command)
     elif declared.package is not None and declared.executable is not None:
-        params = [f"{home(swarm)}/current/{params_path(program)}"] if _params(swarm, program) else []
+        params = [f"{home(swarm)}/current/{one.path}" for one in _parameter_files(swarm, program)]
         words = (
             *run_node(swarm, declared.package, declared.executable),
             *with_values(swarm, program, declared.words),
@@ -147,8 +147,7 @@ def _files_of(swarm: Swarm, program: Program) -> Iterator[File]:
     """The files that a program reads: its parameters or launch file, and its own ones."""
     origin, declared = f"programs.{program.name}", program.declared
     yield from own_files(swarm, program)
-    if params := _params(swarm, program):
-        yield File(params_path(program), node_params(params), origin=origin)
+    yield from _parameter_files(swarm, program)
     if declared.launch is not None:
         values = values_of(swarm, program)
         text = render(
@@ -163,16 +162,24 @@ def _files_of(swarm: Swarm, program: Program) -> Iterator[File]:
         yield File(_launch_path(program), text, origin=origin)
 
 
-def _params(swarm: Swarm, program: Program) -> dict[str, object]:
-    """The parameters of a node; those of a file beside the spec are read into one mapping with the others."""
-    declared = program.declared
+def _parameter_files(swarm: Swarm, program: Program) -> Iterator[File]:
+    """The files of ROS 2 beside the spec as they are, then the other parameters: the last ones count."""
+    origin, declared = f"programs.{program.name}", program.declared
     if declared.executable is None:
-        return {}
-    values, beside = values_of(swarm, program), declared.file_params
-    return {
-        name: yaml.safe_load(program.beside[beside[name]]) if name in beside else filled(value, values)
-        for name, value in declared.params.items()
-    }
+        return
+    values, params, node = values_of(swarm, program), dict[str, Any](), "/**"
+    for name, value in declared.params.items():
+        path = declared.file_params.get(name)
+        read = read_file(program.beside[path], "rcl") if path is not None else None
+        if read is None:
+            params[name] = filled(value, values)
+        elif path is not None and read.nodes:
+            node = program.node
+            yield File(f"params/{program.name}/{name}.yaml", program.beside[path], origin=origin)
+        else:
+            params[name] = read.values
+    if params:
+        yield File(params_path(program), node_params(params, node), origin=origin)
 
 
 def _launch_path(program: Program) -> str:
