@@ -44,7 +44,7 @@ test: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools
 	$(BIN)/python -m tests.run --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
 test-all: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools lint power-cuts unsynced races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab
-	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-5000} $(BIN)/python -m tests.run --all --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
+	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-5000} SWARMCTL_SPECS=$${SWARMCTL_SPECS:-20000} $(BIN)/python -m tests.run --all --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
 check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
 	$(BIN)/pytest -n 2 -m "not lab and not slow" -p tests.changed_first --within 90 $(PYTEST_ARGS)

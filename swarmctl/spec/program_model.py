@@ -26,7 +26,7 @@ from swarmctl.spec.install_model import Install
 from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
-Megabytes = Annotated[int, Unit("MB")]
+Megabytes = Annotated[int, Field(le=16 << 20), Unit("MB")]  # systemd ignores a limit beyond 64 bits
 #: What a program can be, in the order in which one is taken where a spec gives several.
 Kind = Literal["use", "launch", "executable", "command", "container"]
 

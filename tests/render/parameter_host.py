@@ -26,7 +26,7 @@ def main() -> None:
         "PYTHONPATH": f"{prefix}/lib/python3.11/site-packages",
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF",
     }
-    environment = {**ENVIRONMENT, **(of_ros2 if distro else {})}
+    environment = {**ENVIRONMENT, "ROS_PACKAGE_PATH": "/packages", **(of_ros2 if distro else {})}
     os.execvpe("chroot", ("chroot", str(root), "python3", f"/nodes/{script}"), environment)
 
 

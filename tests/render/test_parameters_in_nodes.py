@@ -6,8 +6,6 @@ import json
 import math
 import os
 import re
-import subprocess
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,12 +14,11 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from swarmctl.lab.errors import LabError
-from swarmctl.lab.hosts import image, processes
 from swarmctl.render.ros2.node_words import node_params
 from swarmctl.render.yaml_params import params_file
 from swarmctl.ros_packages.parameter_files import ParameterFileError, read_file, reads_section
 from swarmctl.ros_packages.parameters import for_rcl, refusals
+from tests.render.reader_of import Reader, reader_of
 from tests.render.rendered import bundle_of, text_of
 
 pytestmark = pytest.mark.lab
@@ -64,40 +61,6 @@ VALUES = st.recursive(
 PARAMETERS = st.dictionaries(KEYS, VALUES, min_size=1, max_size=4)
 
 
-class Reader:
-    """A host with real ROS, which reads one file after the other."""
-
-    def __init__(self, disk: Path, distro: str) -> None:
-        script = Path(__file__).with_name("parameter_host.py")
-        argv = ("unshare", "--net", *processes.isolated((sys.executable, str(script), str(disk), distro)))
-        self.distro = distro
-        self.process = subprocess.Popen(
-            argv, env=processes.environment(), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL, text=True,
-        )  # fmt: skip
-
-    def read(self, files: str | Mapping[str, str]) -> Mapping[str, Any]:
-        """Returns what a node gets of a file, or of several by their paths: values by name, or an error."""
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        self.process.stdin.write(json.dumps(files) + "\n")
-        self.process.stdin.flush()
-        answer: Mapping[str, Any] = json.loads(self.process.stdout.readline())
-        return answer
-
-
-def reader_of(distro: str) -> Iterator[Reader]:
-    try:
-        processes.require("unshare", "ip", "mount", "mmdebstrap")
-        disk = image.ensure(lambda _line: None, distro=distro)
-    except LabError as error:
-        pytest.skip(f"no lab here: {error}")
-    reader = Reader(disk, distro)
-    with reader.process:
-        yield reader
-        reader.process.kill()
-
-
 @pytest.fixture(scope="module", params=["jazzy", "kilted"])
 def rcl(request: pytest.FixtureRequest) -> Iterator[Reader]:
     yield from reader_of(request.param)
@@ -138,7 +101,7 @@ def without_empty(params: Mapping[str, Any]) -> dict[str, Any]:
 
 def divided(params: Mapping[str, Any], reader: Any) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """The parameters that are accepted, and each of the others alone."""
-    refused = {one.loc[0] for one in refusals(params, reader)}
+    refused = {str(one.loc[0]) for one in refusals(params, reader)}
     accepted = {key: value for key, value in params.items() if key not in refused}
     return accepted, [{key: params[key]} for key in refused if key in params]
 
@@ -191,7 +154,7 @@ STEPS = st.sampled_from(["k3", "scan", "*", "**", "x", "a b", "9", ""])
 
 @LONG
 @given(st.lists(st.lists(STEPS, min_size=1, max_size=4).map("/".join), min_size=1, max_size=3, unique=True))
-@example(["/**", "scan", "k3/scan", "/*/scan", "/**/scan", "*", "/k3/*"])
+@example(["/**", "scan", "k3/scan", "/*/scan", "/**/k3/scan", "*", "/k3/*"])
 def test_a_node_reads_the_sections_that_are_for_it(rcl: Reader, names: list[str]) -> None:
     file = "".join(section(json.dumps(name), f"p{number}: true") for number, name in enumerate(names))
     try:

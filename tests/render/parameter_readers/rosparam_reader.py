@@ -1,4 +1,7 @@
-"""Runs on a host with a master: what a node of ROS 1 gets from the files that roslaunch loads for it."""
+"""Runs on a host with a master: what a node of ROS 1 gets from the files that roslaunch loads for it.
+
+For files by their paths: what roslaunch says of each launch file among them.
+"""
 
 import json
 import sys
@@ -6,6 +9,7 @@ from pathlib import Path
 
 import rosgraph
 from roslaunch import config as launch_config
+from roslaunch import substitution_args
 from roslaunch.launch import ROSLaunchRunner
 
 FILE, LAUNCH, PLACE = Path("/tmp/scan.yaml"), Path("/tmp/scan.launch"), "/k3/scan"
@@ -33,8 +37,25 @@ def read(master, text):
     return {"values": plain(master.getParam(PLACE) if master.hasParam(PLACE) else {})}
 
 
+def load(files):
+    for path, text in files.items():
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        Path(path).write_text(text, "utf-8")
+        Path(path).chmod(0o755)
+    substitution_args._rospack = None  # the packages that it has found before
+    found = {}
+    for path in files:
+        if path.endswith(".launch"):
+            try:
+                launch_config.load_config_default([path], 11311, verbose=False)
+            except Exception as error:  # noqa: BLE001  # each is a refusal
+                found[path] = str(error)
+    return found
+
+
 launch_config.load_roscore = lambda *_, **__: None  # it runs programs, to set the version of ROS
 LAUNCH.write_text(TEXT)
 master = rosgraph.Master("/reader")
 for line in sys.stdin:
-    print(json.dumps(read(master, json.loads(line))), flush=True)
+    given = json.loads(line)
+    print(json.dumps(load(given) if isinstance(given, dict) else read(master, given)), flush=True)
