@@ -85,11 +85,11 @@ def unused_values(context: RuleContext) -> Iterator[Diagnostic]:
             giving = [one for one in placeholders if one in link.placeholders]
             if isinstance(link, Tcp) and key == "local_ports":
                 giving.remove("uri")
-            written = key in link.model_fields_set and getattr(
-                link, key
-            )  # an empty list says that it has none
-            if written and giving and used.isdisjoint(giving):
+            given = key in link.model_fields_set and getattr(link, key)  # an empty list: it has none
+            if given and giving and used.isdisjoint(giving):
                 yield _unused(context, ("links", index, key), link.robot, giving)
+        if isinstance(link, IpLink) and link.host_address and not (driver is not None and driver.peer):
+            yield _unused(context, ("links", index, "host_address"), link.robot, [])
 
 
 def _unused(context: RuleContext, loc: Loc, robot: str, giving: list[str]) -> Diagnostic:
@@ -102,7 +102,9 @@ def _unused(context: RuleContext, loc: Loc, robot: str, giving: list[str]) -> Di
         context.span(*loc),
         label="used by nothing",
         notes=(Note(context.span("robots", robot, key=True), "the robot"),),
-        help=() if driver is None else (f"remove it, or write {texts} in `params` or `args` of the driver",),
+        help=(f"remove it, or write {texts} in `params` or `args` of the driver",)
+        if driver and texts
+        else (),
         fix=edits.make_fix("remove it", edits.remove(context.source, loc), safe=False),
     )
 
