@@ -41,6 +41,11 @@ _UNIONS: tuple[tuple[tuple[str | None, ...], Kinds, str], ...] = (
 )
 _CHOICE = re.compile(r"'(?:[^'\\]|\\.)*'|[-+]?[0-9]+")  # as pydantic lists them: 'a', 'b' or 1
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
+#: Letters of Cyrillic and Greek that look like Latin ones (confusables.txt of Unicode).
+_LOOK_ALIKES = str.maketrans(
+    "асԁеһіјӏорԛѕԝхуАВЕЅІЈКМНОРСТУХαγικνορυχΑΒΕΖΗΙΚΜΝΟΡΤΥΧ",
+    "acdehijlopqswxyABESIJKMHOPCTYXayikvopuxABEZHIKMNOPTYX",
+)
 _LETTERS = re.compile("[a-z0-9]+", re.ASCII)
 _ONE_WORD = re.compile("@?[A-Za-z0-9_./:~-]+", re.ASCII)  # `@lab` is a group
 _RESPELT = re.compile("[A-Za-z0-9_. -]+", re.ASCII)
@@ -266,10 +271,16 @@ def names_run_together(source: Source, loc: Loc, given: str) -> list[str]:
 
 def legal_name(given: str) -> str | None:
     """Returns the nearest name that a spec allows: ``k3-pi`` for ``K3_Pi``, ``kaefer`` for ``Käfer``."""
-    plain = unicodedata.normalize("NFKD", unicodedata.normalize("NFC", given).lower().translate(_UMLAUTS))
+    latin = unicodedata.normalize("NFC", given).translate(_LOOK_ALIKES)
+    plain = unicodedata.normalize("NFKD", latin.lower().translate(_UMLAUTS))
     plain = "".join(char for char in plain if not unicodedata.combining(char))
     name = "-".join(_LETTERS.findall(plain)) if given.isprintable() else ""
     return name if re.fullmatch(NAME, name, re.ASCII) else None
+
+
+def look_alike(given: str) -> str | None:
+    """Returns the first letter of another script that looks like a Latin one."""
+    return next((char for char in given if ord(char) in _LOOK_ALIKES), None)
 
 
 def _is_respelt(given: str) -> bool:

@@ -25,6 +25,7 @@ from swarmctl.spec.validation_fixes import (
     kinds_at,
     kinds_with,
     legal_name,
+    look_alike,
     names_run_together,
     noun_at,
     only_key,
@@ -35,7 +36,7 @@ from swarmctl.suggest import FOREIGN, did_you_mean, guess, suggestion
 from swarmctl.text_patterns import words_of
 from swarmctl.units import Unit
 from swarmctl.yamltext.edits import written
-from swarmctl.yamltext.invisible import legible
+from swarmctl.yamltext.invisible import legible, named
 from swarmctl.yamltext.source import Loc, Source
 
 _TYPES = {
@@ -311,4 +312,6 @@ def _help_for_choice(given: Any, choices: list[str]) -> tuple[str, ...]:
 def _pattern_help(pattern: str, given: str) -> str:
     name = legal_name(given) if pattern == NAME else None
     allowed = words_of(pattern)
-    return f"write it `{name}`: {allowed}" if name else allowed
+    letter = look_alike(given)
+    foreign = f"; `{letter}` is {named(letter)}" if letter else ""
+    return f"write it `{name}`: {allowed}{foreign}" if name else allowed + foreign
