@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from ipaddress import ip_address
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.render.ros2.discovery_files import HUMBLE
 from swarmctl.rules.identity import Claim, duplicates
 from swarmctl.swarm.addresses import (
     Ip,
     Kind,
     Scheme,
     Subnet,
+    is_ipv6,
     kind,
     means_self,
     normal,
@@ -19,13 +22,16 @@ from swarmctl.swarm.addresses import (
     smallest_subnet,
 )
 from swarmctl.swarm.ports import ssh_port
+from swarmctl.swarm.resolved import Island
+from swarmctl.swarm.subnets import ros_address
 
 _LARGEST = 8  # bits that the addresses of the largest private network have in common (RFC 1918)
 _UNFIT = (Kind.UNSPECIFIED, Kind.GROUP, Kind.RESERVED)
 _NAMED = "or give it a name as `address`, and write `ros: {ipv6: true}`"
+_OWN_IPV6 = "write its own IPv6 address (2000::/3 or fd00::/8)"
 _BY_NAME = (
     "write a name that every host resolves to its IPv6 address",
-    "or write its own IPv6 address (2000::/3 or fd00::/8) and `ros: {naming: hosts}`",
+    f"or {_OWN_IPV6} and `ros: {{naming: hosts}}`",
 )
 
 
@@ -81,6 +87,54 @@ def unsuitable_addresses(context: RuleContext) -> Iterator[Diagnostic]:
                 label="random, changes after a conflict",
                 help=("give the host a fixed address outside 169.254.0.0/16",),
             )
+
+
+@rule("NET003", needs="domains")
+def unsuitable_ipv6(context: RuleContext) -> Iterator[Diagnostic]:
+    """An IPv6 address at which others cannot reach nodes of ROS 2, or their server."""
+    for island in context.islands:
+        found = [name for name in island.hosts if is_ipv6(ros_address(context.spec, name))]
+        if not found or island.discovery.method == "local":
+            continue
+        strange = [name for name in found if not _is_own(ip_address(context.spec.hosts[name].address))]
+        name, cause = found[0], _ipv4_beside(context, island, found)
+        if strange:
+            name, cause = strange[0], ("a loopback, link-local or multicast address", None, _OWN_IPV6)
+        if cause is not None:
+            label, note, other = cause
+            yield Diagnostic(
+                "NET003",
+                f"host `{name}` cannot have the address `{context.spec.hosts[name].address}`",
+                context.span("hosts", name, "address"),
+                label=label,
+                notes=(note,) if note is not None else (),
+                help=("write the IPv4 address of every host", *((f"or {other}",) if other else ())),
+            )
+
+
+def _ipv4_beside(
+    context: RuleContext, island: Island, found: list[str]
+) -> tuple[str, Note | None, str] | None:
+    """What of DDS uses IPv4 only, beside hosts of IPv6: as a label, a note and what else to write."""
+    if island.discovery.rmw == "zenoh":
+        return None
+    hosts = [name for one in context.islands for name in one.hosts]
+    other = next((name for name in hosts if not is_ipv6(context.spec.hosts[name].address)), None)
+    if other is not None:
+        note = Note(context.span("hosts", other, "address"), "no IPv6 address")
+        return "nodes of DDS use IPv6 here", note, "write the IPv6 address of every host"
+    peers = (name for name, driver in context.ros_drivers.items() if driver.peer)
+    robot = next((name for name in peers if context.driving[name] in found), None)
+    if robot is not None:
+        note = Note(context.span("robots", robot, key=True), "runs nodes itself")
+        return "DDS on the robot uses IPv4", note, ""
+    if island.distro == HUMBLE and island.discovery.method == "server":
+        return (
+            "the discovery server of `humble` uses IPv4 only",
+            None,
+            "write `discovery: peers`, without `servers`",
+        )
+    return None
 
 
 def wanted_version(context: RuleContext) -> str:

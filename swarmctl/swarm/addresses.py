@@ -41,10 +41,15 @@ def ip_of(address: str) -> Ip | None:
         return None
 
 
+def is_ipv6(address: str) -> bool:
+    """True of an IPv6 address; of no name, whatever it resolves to."""
+    ip = ip_of(address)
+    return ip is not None and ip.version == 6
+
+
 def bracketed(address: str) -> str:
     """Returns an address as it stands before a port."""
-    ip = ip_of(address)
-    return f"[{address}]" if ip is not None and ip.version == 6 else address
+    return f"[{address}]" if is_ipv6(address) else address
 
 
 def normal(address: str) -> str:
