@@ -156,7 +156,8 @@ while True:
             if sys.argv[1] == "tcp":
                 one = socket.create_server(place)
             else:
-                one = socket.socket(type=socket.SOCK_DGRAM)
+                family = socket.AF_INET6 if ":" in place[0] else socket.AF_INET
+                one = socket.socket(family, socket.SOCK_DGRAM)
                 one.bind(place)
         except OSError:
             continue
@@ -213,12 +214,17 @@ def test_an_account_that_had_the_port_before_is_ended(port: int) -> None:
 
 
 @NEEDS_ROOT
-@pytest.mark.parametrize("protocol", ["tcp", "udp"])
-def test_a_unit_that_listens_itself_finds_the_port_free(protocol: str, port: int) -> None:
+@pytest.mark.parametrize(
+    ("protocol", "address", "taken"),
+    [("tcp", "127.0.0.1", ""), ("udp", "127.0.0.1", ""), ("udp", "::1", "::1"), ("udp", "::1", "127.0.0.1")],
+)
+def test_a_unit_that_listens_itself_finds_the_port_free(
+    protocol: str, address: str, taken: str, port: int
+) -> None:
     argument = port if protocol == "tcp" else f"udp:{port}"
-    with taking(port, FOREIGN, protocol=protocol):
-        assert wait("127.0.0.1", argument, 0.1)[0] == 1
-        code, text = wait("127.0.0.1", argument, PATIENCE, "--owner", "nobody")
+    with taking(port, FOREIGN, taken, protocol=protocol):
+        assert wait(address, argument, 0.1)[0] == 1
+        code, text = wait(address, argument, PATIENCE, "--owner", "nobody")
         assert (code, "ends process" in text) == (0, True), text
 
 
