@@ -127,8 +127,8 @@ def path(value: Any) -> str:
 
 
 def element(value: Any) -> str:
-    """Returns the text of an element of XML that needs no escaping: names, and patterns of names."""
-    return _fitting(value, r"[A-Za-z0-9_/=*.-]+", "cannot stand in an element")
+    """Returns the text of an element of XML that needs no escaping: names, patterns of names, addresses."""
+    return _fitting(value, r"[A-Za-z0-9_/=*.:-]+", "cannot stand in an element")
 
 
 def udev(value: Any) -> str:

@@ -7,10 +7,13 @@ from typing import Any
 
 from swarmctl.render.bundle import ROOT
 from swarmctl.swarm import names
+from swarmctl.swarm.addresses import is_ipv6
 from swarmctl.swarm.flow import Service
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 DDS_GROUP = "239.255.0.1"  # OMG DDSI-RTPS 2.5, 9.6.1.4.1
+#: Over IPv6 each implementation has a group of its own: Fast DDS 2.6 to 3.2, Cyclone DDS 0.10.
+_IPV6_GROUPS = {"fastrtps": "ff1e::ffff:efff:1", "cyclonedds": "ff02::ffff:239.255.0.1"}
 
 
 def service_values(swarm: Swarm, host: Host, *, master: bool = True) -> dict[str, Any]:
@@ -62,7 +65,8 @@ def groups(swarm: Swarm, island: Island) -> Iterator[str]:
     """Yields the multicast group in which hosts of ``island`` discover others, if any."""
     if not island.has_master:
         if island.discovery.method == "multicast":
-            yield DDS_GROUP
+            ipv6 = is_ipv6(swarm.hosts[island.hub].ros_address)
+            yield _IPV6_GROUPS[island.discovery.rmw] if ipv6 else DDS_GROUP
     elif any(flow.service is Service.MULTIMASTER and island.hub in flow.hosts for flow in swarm.flows):
         yield swarm.multimaster.group
 

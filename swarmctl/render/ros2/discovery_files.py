@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from swarmctl.render.bundle import File
 from swarmctl.render.quoting import render
-from swarmctl.swarm.addresses import ip_of
+from swarmctl.swarm.addresses import ip_of, is_ipv6
 from swarmctl.swarm.resolved import Host, Island, Swarm
 
 FASTDDS, SUPER_CLIENT, CYCLONE = "env/fastdds.xml", "env/super_client.xml", "env/cyclonedds.xml"
@@ -39,12 +39,20 @@ def needs_fastdds_file(swarm: Swarm, host: Host, island: Island) -> bool:
     discovery = island.discovery
     if discovery.rmw != "fastrtps":
         return False
-    return peers_by_file(swarm, island) or (discovery.method != "local" and _is_ipv4(host.ros_address))
+    by_address = discovery.method != "local" and ip_of(host.ros_address) is not None
+    return by_address or peers_by_file(swarm, island)
 
 
 def peers_by_file(swarm: Swarm, island: Island) -> bool:
-    """True if a profile names the peers: the variables would add shared memory (see the template)."""
-    return island.distro in FASTDDS_2 and island.discovery.method in ("peers", "local")
+    """True if a profile names the peers.
+
+    For Fast DDS 2 the variables would add shared memory (see the template); rmw_fastrtps does not resolve
+    an IPv6 address in them.
+    """
+    method = island.discovery.method
+    if method == "peers" and any(is_ipv6(swarm.hosts[name].ros_address) for name in island.hosts):
+        return True
+    return island.distro in FASTDDS_2 and method in ("peers", "local")
 
 
 def robots_with_nodes(swarm: Swarm, host: Host) -> list[str]:
@@ -55,10 +63,13 @@ def robots_with_nodes(swarm: Swarm, host: Host) -> list[str]:
 def _fastdds(swarm: Swarm, host: Host, island: Island, servers: list[tuple[str, str]] | None = None) -> bytes:
     local, robots = island.discovery.method == "local", robots_with_nodes(swarm, host)
     peers = [LOOPBACK] if local else [swarm.hosts[name].ros_address for name in island.hosts]
-    own = [LOOPBACK] if local else [LOOPBACK, host.ros_address] if _is_ipv4(host.ros_address) else []
+    ipv6 = not local and is_ipv6(host.ros_address)
+    own = [LOOPBACK] if local else [LOOPBACK, host.ros_address] if ip_of(host.ros_address) else []
     return render(
         "ros2/fastdds.xml",
-        addresses=[] if robots else own,  # the network of such a robot is in no spec
+        ip="v6" if ipv6 else "v4",
+        # The network of a robot with nodes is in no spec; with a list of IPv6 addresses no message arrives.
+        addresses=[] if robots or ipv6 else own,
         peers=[*peers, *robots] if peers_by_file(swarm, island) else [],
         most=_sought(swarm, island) if island.discovery.method in ("peers", "local") else 0,
         servers=servers or [],
@@ -83,12 +94,8 @@ def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> bytes:
     return render(
         "ros2/cyclonedds.xml",
         address=host.ros_address if ip_of(host.ros_address) and not robots else "",
+        ipv6=is_ipv6(host.ros_address),
         multicast=not by_peers,
         most=MOST_PARTICIPANTS,
         peers=[*(swarm.hosts[name].ros_address for name in island.hosts), *robots] if by_peers else [],
     )
-
-
-def _is_ipv4(address: str) -> bool:
-    ip = ip_of(address)
-    return ip is not None and ip.version == 4

@@ -19,7 +19,7 @@ from swarmctl.render.ros2.discovery_files import (
 from swarmctl.render.service_values import home, toward_robots
 from swarmctl.spec.ros_model import Rmw
 from swarmctl.swarm import names
-from swarmctl.swarm.addresses import bracketed, ip_of
+from swarmctl.swarm.addresses import bracketed, is_ipv6
 from swarmctl.swarm.resolved import ForeignDriver, Host, Island, Robot, Swarm
 
 IMPLEMENTATIONS: Mapping[Rmw, str] = {
@@ -197,8 +197,7 @@ def _servers(swarm: Swarm, island: Island) -> list[str]:
 
 
 def _every_address(host: Host) -> str:
-    ip = ip_of(host.ros_address)
-    return "::" if ip is not None and ip.version == 6 else "0.0.0.0"
+    return "::" if is_ipv6(host.ros_address) else "0.0.0.0"
 
 
 def _endpoints(addresses: Iterable[str]) -> str:
