@@ -94,6 +94,8 @@ def _offered(swarm: Swarm, host: Host, island: Island) -> Iterator[_Rule]:
         addresses = [one.ros_address for one in swarm.hosts.values() if one.name in sources]
         if service is Service.NODES:
             addresses += robots_with_nodes(swarm, island)
+            if island.discovery.method == "multicast":
+                addresses.append(host.ros_address)  # what it sends to a group comes back from the network
         for one in ports:
             most = _MOST.get(service, _MOST_CALLS) if one.protocol == "tcp" else 0
             yield _rule(service, one, addresses, most=most)

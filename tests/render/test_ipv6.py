@@ -89,6 +89,8 @@ def test_a_filtered_host_receives_from_the_group_of_ipv6(rmw: str, group: str, t
     made = of_ros_2(tmp_path, f"distro: jazzy, rmw: {rmw}, discovery: multicast")["pi"]
     assert listed(made)["k3"] == {"fd00:77::10", "fd00:77::11", group}
     assert f"ip6 daddr {{ fd00:77::10, {group}" in text_of(made, "firewall.nft")
+    own = "fd00:77::11"  # Linux gives a host its own packets to a group back
+    assert f"ip6 saddr {{ fd00:77::10, {own} }} accept" in text_of(made, "firewall.nft")
 
 
 def test_a_node_finds_a_zenoh_router_of_ipv6(tmp_path: Path) -> None:
