@@ -14,6 +14,7 @@ from swarmctl.render import sketch
 from swarmctl.render.yaml_params import entries, file_of
 from swarmctl.robot_types.driver_params import common_params, own_params
 from swarmctl.swarm import names
+from swarmctl.swarm.command_topics import COMMAND_TYPE
 from swarmctl.swarm.resolved import Commander, ForeignDriver, Robot, SwarmctlDriver
 
 
@@ -29,6 +30,8 @@ def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "") -> tup
     rest: dict[str, Any] = {"urdf": f"../{urdf_path(robot)}"}
     if robot.start is not None:
         rest["start"] = robot.start.model_dump()
+    if robot.command_type != COMMAND_TYPE:
+        rest["command_type"] = robot.command_type
     if stop_file:
         rest["stop_file"] = stop_file
     rest["commanders"] = [commander_params(one) for one in robot.commanders]

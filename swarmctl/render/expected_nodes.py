@@ -25,7 +25,7 @@ def driver(swarm: Swarm, robot: Robot) -> ExpectedDriver:
         node=_node(robot),
         topics=_published(robot),
         command=robot.command.topic if robot.command is not None else "",
-        command_type=robot.command.type if robot.command is not None else "",
+        command_type=robot.command_type,
         guarded=isinstance(robot.driver, SwarmctlDriver),
         gate=_gate(swarm, robot, robot.driver) if isinstance(robot.driver, ForeignDriver) else None,
         ungated=(robot.driver.ros.reason or "") if isinstance(robot.driver, ForeignDriver) else "",

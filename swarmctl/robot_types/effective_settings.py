@@ -34,6 +34,11 @@ def command_timeout_of(*layers: RobotSettings) -> float:
     return float(next(declared, COMMAND_TIMEOUT))
 
 
+def command_type_of(*layers: RobotSettings) -> str | None:
+    """The message type of the commands of a robot, where one says it. ``layers`` as for ``merged``."""
+    return next((one.command_type for one in reversed(layers) if one.command_type is not None), None)
+
+
 def equipped(robot_type: RobotType, *layers: RobotSettings) -> RobotType:
     """Returns the type with its tuned sensors and the requests of its protocol that follow from them."""
     tuned = {name: one for name, one in robot_type.sensors.items() if one.settings_key}

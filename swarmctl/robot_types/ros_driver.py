@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, get_args
 
 from pydantic import Field
 
@@ -22,13 +22,14 @@ from swarmctl.plugins import MIDDLEWARES, NameIn
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.placeholders import Loc, is_placeholder, meanings, placeholders_in, texts_in
 from swarmctl.robot_types.ros_launchable import Device, RosLaunchable
+from swarmctl.robot_types.settings import VelocityType
 from swarmctl.units import Unit
 
 BASE_FRAME = re.compile(r"(robot_)?base_(link_|footprint_)?frame(_id)?")
 _ODOMETRY_FRAME = re.compile(r"odom(etry)?_frame(_id)?")
 _PREFIX = re.compile(r"(.*_)?prefix|multi_robot_name")
 _TF = re.compile(r"(.*_)?tf(_.*)?")  # such as publish_tf
-VELOCITIES = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")  # what a gate sends
+VELOCITIES: tuple[str, ...] = get_args(VelocityType)  # what a gate takes and sends
 
 
 #: Tag of a driver where other forms may stand; brackets mark a step that is in no file.

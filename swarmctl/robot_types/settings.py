@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
@@ -22,6 +22,7 @@ Metres = Annotated[float, Field(ge=0.001, le=100, examples=[0.088]), Unit("m")]
 Speed = Annotated[Positive, Field(le=100, examples=[0.3]), Unit("m/s")]
 Rate = Annotated[float, Field(ge=0, le=50, examples=[10.0]), Unit("Hz")]
 Turning = Annotated[Positive, Unit("rad/s")]
+VelocityType = Literal["geometry_msgs/Twist", "geometry_msgs/TwistStamped"]
 
 
 class Limits(Model):
@@ -54,6 +55,12 @@ class CommandSettings(Model):
     command_timeout: Annotated[float, Field(ge=0.05, le=2, examples=[0.4]), Unit("s")] | None = Field(
         None,
         description="Time without a command after which the robot stops (dead-man).",
+    )
+    command_type: VelocityType | None = Field(
+        None,
+        examples=["geometry_msgs/TwistStamped"],
+        description="Message type of its commands, as its commanders publish them: by default what the "
+        "programs declare that publish its command topic, geometry_msgs/Twist if none does or they differ.",
     )
     limits: Limits = Field(default_factory=Limits, description="How fast the robot may go.")
 

@@ -72,7 +72,7 @@ def _unreachable(limits: Limits, reach: Mapping[str, float], whose: str) -> Iter
             )
 
 
-READ_BY_THE_GATE = {"command_timeout", "limits"}
+READ_BY_THE_GATE = {"command_timeout", "command_type", "limits"}
 READ_BY_OUR_SKETCH = {"firmware", "calibration"}
 FOR_BOARDS = {"rosserial_python"}  # drivers that speak rosserial
 

@@ -9,7 +9,7 @@ from swarmctl.diagnostics import Diagnostic, Note, Span, note_of_other
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.robot_types.protocols import RosserialProtocol
-from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_driver import VELOCITIES, RosDriver
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.ros_packages.message_types import NoMessage, no_message
 from swarmctl.suggest import is_near, nearest, typing_errors
@@ -79,12 +79,21 @@ def _clash(context: RuleContext, one: Endpoint, other: str, who: str, where: Loc
         notes=notes,
         help=(
             f"write the type that the node uses{shown}",
-            *(() if is_program else (f"if it uses {one.type}, it cannot use this topic: choose another",)),
+            *(() if is_program else (_otherwise(context, one),)),
         ),
         fix=None
         if is_program or not is_near(one.type, other)
         else make_fix(f"write `{other}`", replace_value(context.source, loc, other), safe=False),
     )
+
+
+def _otherwise(context: RuleContext, one: Endpoint) -> str:
+    """What to do about a node that does use another type than the driver of a robot, or ROS itself."""
+    for robot in context.robots_by_command.get(one.topic, ()):
+        if one.type in VELOCITIES and (robot in context.driven_robots or robot in context.gated):
+            key = f"`settings: {{command_type: {one.type}}}`"
+            return f"if all nodes on this topic use {one.type}, write {key} at robot `{robot}`"
+    return f"if it uses {one.type}, it cannot use this topic: choose another"
 
 
 @rule("TOPIC003")

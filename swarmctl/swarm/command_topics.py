@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from swarmctl.robot_types.motion import Motion
@@ -27,15 +28,24 @@ def is_gated(driver: RosDriver, motion: Motion) -> bool:
     return not driver.ungated and motion.kind != "none"
 
 
-def command_topic(namespace: str, driver: RosDriver | None, motion: Motion) -> CommandTopic | None:
+def command_topic(
+    namespace: str,
+    driver: RosDriver | None,
+    motion: Motion,
+    wanted: str | None,
+    declared: Mapping[str, Collection[str]],
+) -> CommandTopic | None:
     """Returns where the robot with this namespace takes commands; None if it takes none.
 
     ``driver`` is the ROS package that drives it, None for swarmctl's own driver. An ungated package takes
-    commands on its own topic, which ``command``, ``command_type`` and ``remap`` of the driver name.
+    commands on its own topic, which ``command``, ``command_type`` and ``remap`` of the driver name. For
+    others the type is the ``wanted`` one, else that which all programs have ``declared`` for the topic.
     """
     if motion.kind == "none":
         return None
     if driver is None or is_gated(driver, motion):
-        return CommandTopic(f"{namespace}/{COMMAND}", COMMAND_TYPE)
+        topic = f"{namespace}/{COMMAND}"
+        agreed = declared[topic] if len(declared.get(topic, ())) == 1 else (COMMAND_TYPE,)
+        return CommandTopic(topic, wanted or next(iter(agreed)))
     topic = names.resolved(driver.command, names.driver_node(namespace), driver.remap)
     return CommandTopic(topic, driver.command_type)

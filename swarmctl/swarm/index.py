@@ -13,10 +13,10 @@ from functools import cached_property
 from swarmctl.links.ip_link import IpLink
 from swarmctl.links.link_base import Ends, Line, NetworkLink, RobotLink
 from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
-from swarmctl.robot_types.effective_settings import command_timeout_of
+from swarmctl.robot_types.effective_settings import command_timeout_of, command_type_of
 from swarmctl.robot_types.motion import Motion, motion_of
 from swarmctl.robot_types.robot_type import Link, RobotType
-from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_driver import VELOCITIES, RosDriver
 from swarmctl.robot_types.ros_robot_type import RosLink
 from swarmctl.robot_types.settings import RobotSettings, merged
 from swarmctl.spec.load import Document
@@ -97,13 +97,33 @@ class SwarmIndex:
     @cached_property
     def command_topics(self) -> Mapping[str, CommandTopic]:
         """The topic on which each robot takes commands; robots that take none are left out."""
-        drivers, motions = self.ros_drivers, self.motions
+        drivers, motions, declared = self.ros_drivers, self.motions, self._declared_velocities
         found = (
-            (name, command_topic(self.namespaces[name], drivers.get(name), motions[robot.type]))
+            (
+                name,
+                command_topic(
+                    self.namespaces[name],
+                    drivers.get(name),
+                    motions[robot.type],
+                    command_type_of(*self.document.settings_layers(name)),
+                    declared,
+                ),
+            )
             for name, robot in self.spec.robots.items()
             if robot.type in motions
         )
         return {name: one for name, one in found if one is not None}
+
+    @cached_property
+    def _declared_velocities(self) -> Mapping[str, set[str]]:
+        """The message types of commands that programs declare to publish, by full topic."""
+        found: dict[str, set[str]] = {}
+        for name, program in self.spec.programs.items():
+            for one in program.publishes:
+                if one.type in VELOCITIES:
+                    topic = names.resolved(one.topic, self.program_nodes[name], program.remap)
+                    found.setdefault(topic, set()).add(one.type)
+        return found
 
     @cached_property
     def robots_by_command(self) -> Mapping[str, tuple[str, ...]]:

@@ -179,6 +179,11 @@ class Robot:
     urdf: Urdf | None = None  # of its own, or of its type, in place of the one that is made from a type
 
     @property
+    def command_type(self) -> str:
+        """The message type of its commands; empty if it takes none."""
+        return self.command.type if self.command is not None else ""
+
+    @property
     def odom_frame(self) -> str:
         """The frame of its odometry."""
         driver = self.driver

@@ -231,7 +231,7 @@ def _subscribed(kind: RobotType) -> Iterator[tuple[str, str]]:
     if kind.sketch is not None:
         yield from ((one.topic, one.type) for one in kind.sketch.subscribes)
         return
-    yield COMMAND, COMMAND_TYPE
+    yield COMMAND, kind.settings.command_type or COMMAND_TYPE
     yield from actuators_of(kind).items()
 
 

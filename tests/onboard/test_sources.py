@@ -41,9 +41,9 @@ MAY_IMPORT = {
     "host_checks": {"swarm_onboard.agent", "swarm_onboard.tunnel"},
     "ros1_probe": {"swarm_onboard.agent", "swarm_onboard.common"},
     "ros2_probe": {*("swarm_onboard", "swarm_onboard.agent", "swarm_onboard.common", "swarm_onboard.ros2")},
-    "ros": set[str](),
-    "ros1": {"swarm_onboard.ros", *ROS1, "geometry_msgs"},
-    "ros2": {"swarm_onboard.ros", *ROS2, "geometry_msgs", "std_msgs"},
+    "ros": {"geometry_msgs"},
+    "ros1": {"swarm_onboard.ros", *ROS1},
+    "ros2": {"swarm_onboard.ros", *ROS2, "std_msgs"},
     "domain_relay": {
         *("swarm_onboard.common", "swarm_onboard.multimaster", "swarm_onboard.ros", "swarm_onboard.ros2"),
         *("rclpy", "diagnostic_msgs"),

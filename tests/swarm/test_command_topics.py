@@ -12,6 +12,7 @@ from swarmctl.analysis.host_load import host_budgets
 from swarmctl.analysis.network_load import network_budgets
 from swarmctl.linter.runner import lint
 from swarmctl.render.build_bundle import bundles
+from swarmctl.render.middleware import middleware_of
 from swarmctl.spec.load import load
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolve import resolve
@@ -52,6 +53,35 @@ programs:
 control:
   - {by: keys, of: [s-1, tb3]}
 time: {root: base}
+"""
+
+#: As the controller of Nav2 is declared, and a robot whose driver takes no stamps.
+NAV2 = """
+version: 1
+name: tw
+mode: central
+hub: pc
+ros: {distro: jazzy}
+hosts:
+  pc: {address: 192.168.77.10, user: ros, computer: laptop}
+  r1: {address: 192.168.77.21, user: ubuntu, computer: raspberry-pi-4b}
+robots:
+  tb-1: {type: create3, host: r1}
+  k3: {type: khepera3, host: r1}
+links:
+  - {kind: wlan, name: lab, hosts: [pc, r1]}
+  - {kind: serial, host: r1, robot: k3, usb: {serial: FTDI1234}}
+  - {kind: udp, host: r1, robot: tb-1, address: 192.168.186.2, host_address: 192.168.186.3}
+programs:
+  nav:
+    host: pc
+    package: nav2_bringup
+    executable: controller
+    publishes:
+      - {topic: /tb_1/cmd_vel, type: geometry_msgs/TwistStamped, rate: 10.0}
+      - {topic: /k3/cmd_vel, type: geometry_msgs/TwistStamped, rate: 10.0}
+control:
+  - {by: nav, of: [tb-1, k3]}
 """
 
 
@@ -147,3 +177,64 @@ def test_drivers_without_usable_commands_are_errors(tmp_path: Path, driver: str,
     document, found = load([path])
     assert document is None
     assert any(problem in one.message for one in found), found
+
+
+TWIST, STAMPED = "geometry_msgs/Twist", "geometry_msgs/TwistStamped"
+
+
+@pytest.mark.parametrize(
+    ("settings", "declared", "kind"),
+    [
+        ("", (), TWIST),
+        ("", (TWIST,), TWIST),
+        ("", (STAMPED, STAMPED), STAMPED),
+        ("", (TWIST, STAMPED), TWIST),
+        ("", ("std_msgs/String",), TWIST),
+        (f"settings: {{command_type: {STAMPED}}}", (), STAMPED),
+        (f"settings: {{command_type: {STAMPED}}}", (TWIST,), STAMPED),
+        (f"settings: {{command_type: {TWIST}}}", (STAMPED,), TWIST),
+    ],
+)
+@pytest.mark.parametrize("robot", ["tb3: {type: turtlebot3-burger,", "k3: {type: khepera3,"])
+def test_the_type_is_that_of_the_settings_else_of_all_programs(
+    tmp_path: Path, robot: str, settings: str, declared: tuple[str, ...], kind: str
+) -> None:
+    name = robot.partition(":")[0]
+    programs = "".join(
+        f"  p{number}: {{host: base, package: a, executable: b, publishes: "
+        f"[{{topic: go, type: {one}}}], remap: {{go: /{name}/cmd_vel}}}}\n"
+        for number, one in enumerate(declared)
+    )
+    text = SPEC.replace("tb3: {type: turtlebot3-burger,", f"{robot} {settings}{', ' if settings else ''}")
+    text = text.replace("programs:\n", "programs:\n" + programs).replace(
+        "of: [s-1, tb3]", f"of: [s-1, {name}]"
+    )
+    index = SwarmIndex(read(tmp_path, text))
+    assert index.command_topics[name].type == kind
+    assert index.command_topics["s-1"].type == STAMPED
+    sent = {one.type for one in index.endpoints if one.owner == "keys" and one.topic == f"/{name}/cmd_vel"}
+    assert sent == {kind}
+
+
+def test_defaults_say_the_type_of_all_robots(tmp_path: Path) -> None:
+    defaults = f"defaults: {{robot: {{command_type: {STAMPED}}}}}\nrobots:\n"
+    index = SwarmIndex(read(tmp_path, SPEC.replace("robots:\n", defaults)))
+    assert index.command_topics["tb3"].type == STAMPED
+
+
+def test_gate_driver_and_status_take_the_stamps_of_nav2(tmp_path: Path) -> None:
+    """A program declares TwistStamped for two robots of Jazzy; the driver of one is swarmctl's own."""
+    path = tmp_path / "swarm.yaml"
+    path.write_text(NAV2, "utf-8")
+    document, found = load([path])
+    assert document is not None, found
+    assert [one.code for one in lint(document) if one.severity == "error"] == []
+    made = bundles(resolve(document))
+    files = {one.path: one.content for one in made["r1"].files}
+    gate, driver = (yaml.safe_load(files[f"params/{name}.yaml"]) for name in ("tb-1.gate", "k3"))
+    assert (gate["command_type"], gate["output_type"]) == (STAMPED, TWIST)
+    assert driver["command_type"] == STAMPED
+    middleware = middleware_of("jazzy")
+    swarm = resolve(document)
+    for robot in swarm.robots.values():
+        assert middleware.driver(swarm, robot).command_type == "geometry_msgs/msg/TwistStamped"

@@ -168,6 +168,22 @@ def test_the_standing_names_the_commander_until_its_timeout():
     assert authority.standing(1.9).commander == "nobody"
 
 
+@pytest.mark.parametrize(
+    ("age", "reason"), [(0.6, "0.6 s old by its stamp"), (-0.6, "0.6 s ahead of time by its stamp")]
+)
+def test_an_old_command_is_none(age: float, reason: str):
+    authority = Authority(ALL, TIMEOUT)
+    assert not authority.admits(Sender("/joystick", LAPTOP), 1.0, age)
+    standing = authority.standing(1.0)
+    assert standing.complaint.startswith(f"refuses /joystick on {LAPTOP}: its command was {reason}: check")
+    assert (standing.commander, standing.strangers) == ("nobody", "")
+    assert authority.admits(Sender("/rostopic_1", LAPTOP), 1.1), "it does not hold the robot"
+    assert authority.admits(Sender("/joystick", LAPTOP), 1.2, age / 2)
+    assert authority.standing(1.2).complaint == ""
+    assert not authority.admits(Sender("/stranger", STRANGE), 1.3, age)
+    assert NOT_AMONG in authority.standing(1.3).strangers
+
+
 def test_a_waiting_second_node_still_holds_lower_commanders_back():
     """Otherwise a lower one would slip in between the two."""
     authority = Authority(ALL, TIMEOUT)

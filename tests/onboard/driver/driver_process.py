@@ -82,8 +82,12 @@ class Node:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def command(self, linear: float, angular: float = 0.0, sender: str = "/tester") -> None:
-        self.process.stdin.write(f"{sender} {linear} {angular}\n")
+    def command(
+        self, linear: float, angular: float = 0.0, sender: str = "/tester", stamp: float | None = None
+    ) -> None:
+        """``stamp``: of a TwistStamped, s; None for a Twist."""
+        stamped = "" if stamp is None else f" {stamp}"
+        self.process.stdin.write(f"{sender} {linear} {angular}{stamped}\n")
         self.process.stdin.flush()
 
     def suffer(self, act: str) -> None:

@@ -11,6 +11,7 @@ import threading
 import time
 
 import pytest
+import yaml
 from swarm_onboard.common.systemd import REJOINS
 from swarm_onboard.driver.port import Port, PortError
 
@@ -53,6 +54,27 @@ def test_a_robot_stops_when_its_commands_stop(type_name, tmp_path, promise):
         wait_for(lambda: not wiring.moving())
         took = time.monotonic() - last
         promise(f"commands end, until the {type_name} stands", took - queue.lost(), 0.6)
+
+
+@BOTH
+def test_a_stamped_command_counts_by_its_stamp(tmp_path):
+    with wired("koala", tmp_path) as wiring:
+        params = yaml.safe_load(wiring.config.read_text())
+        wiring.config.write_text(yaml.safe_dump({**params, "command_type": "geometry_msgs/TwistStamped"}))
+        with running(wiring.config) as node:
+            node.wait_until_ready()
+            complaint = "refuses /tester on 192.168.77.10: its command was 5.0 s old by its stamp"
+            if os.environ["ROS_VERSION"] == "2":
+                complaint = complaint.replace(" on 192.168.77.10", "")
+
+            def reported() -> bool:
+                node.command(0.1)  # of another type
+                node.command(0.1, stamp=time.time() - 5)
+                return complaint in node.status()["message"]
+
+            wait_for(reported)
+            assert wiring.pty.snapshot().distance == 0
+            wait_for(lambda: node.command(0.1, stamp=time.time()) or wiring.moving())
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])

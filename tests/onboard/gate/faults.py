@@ -26,6 +26,7 @@ PARAMETERS = {
     "title": "a vendor's robot",
     "namespace": NAMESPACE,
     "command_type": "geometry_msgs/Twist",
+    "output_type": "geometry_msgs/Twist",
     "command_timeout": 0.5,
     "rate": 10.0,
     "diagnostics_rate": 5.0,

@@ -29,6 +29,7 @@ CONFIG = Config(
     title="TurtleBot3 Burger",
     namespace="/tb",
     command_type="geometry_msgs/Twist",
+    output_type="geometry_msgs/Twist",
     command_timeout=0.5,
     rate=10.0,
     diagnostics_rate=1.0,

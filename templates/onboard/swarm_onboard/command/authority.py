@@ -11,7 +11,7 @@ import ipaddress
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
-from typing import Any, Iterable, Mapping, Sequence
+from typing import Any, Iterable, Iterator, Mapping, Sequence
 
 NOBODY = "nobody"
 _MOST_REFUSED = 16  # senders that are remembered
@@ -118,12 +118,20 @@ class _Hold:
 
 @dataclass
 class _Refused:
-    """A sender's refusals. ``behind``: who held the robot at the last one; empty for no commander."""
+    """A sender's refusals. ``behind``: who held the robot at the last one, ``age``: how old by its stamp that
+    one of a commander was, s, if it was too old or too far ahead. Neither for no commander.
+    """
 
     sender: Sender
     count: int
     received: float
     behind: str
+    age: float
+
+    @property
+    def strange(self) -> bool:
+        """True if its sender is no commander."""
+        return not self.behind and not self.age
 
 
 class Authority:
@@ -136,11 +144,17 @@ class Authority:
         self._refused: OrderedDict[Sender, _Refused] = OrderedDict()  # the latest at the end
         self._forgot = -math.inf  # when a refused sender was forgotten for lack of space
 
-    def admits(self, sender: Sender, now: float) -> bool:
-        """Whether a command that ``sender`` sends at ``now`` is accepted."""
+    def admits(self, sender: Sender, now: float, age: float = 0.0) -> bool:
+        """Whether a command that ``sender`` sends at ``now`` is accepted; ``age``: how old its stamp is, s.
+
+        An old command is none: it does not hold the robot. Nor does one of the future, which could come from
+        a clock that hides how old it is.
+        """
         commander = self._commander(sender)
         if commander is None:
             return self._refuse(sender, now)
+        if abs(age) > self.timeout:
+            return self._refuse(sender, now, age=age)
         hold = self._holds.get(commander.priority)
         if hold is not None and hold.node != sender.node and self._recent(hold.received, now):
             hold.spoken = now
@@ -169,25 +183,28 @@ class Authority:
         while self._refused and next(iter(self._refused.values())).received < now - _REMEMBERED:
             self._refused.popitem(last=False)
         lately = list(reversed(self._refused.values()))
-        strangers = [one for one in lately if not one.behind and one.received >= now - _RECENT]
+        recent = [one for one in lately if one.received >= now - _RECENT]
         hold = self._highest(now)
         return Standing(
             commander=str(hold) if hold is not None and self._recent(hold.received, now) else NOBODY,
             refused=_listed([self._described(one) for one in lately], "; ") or "none",
-            complaint=self._complaint([one.sender for one in strangers]) if strangers else "",
+            complaint="; ".join(self._complaints(recent)),
             refused_nodes=_names(
                 dict.fromkeys(one.sender.node for one in lately), complete=self._forgot < now - _REMEMBERED
             ),
-            strangers=_listed([self._described(one) for one in lately if not one.behind], "; "),
+            strangers=_listed([self._described(one) for one in lately if one.strange], "; "),
         )
 
     def _described(self, refused: _Refused) -> str:
-        why = f"behind {refused.behind}" if refused.behind else self._strangeness(refused.sender)
+        why = f"behind {refused.behind}" if refused.behind else self._reason(refused)
         return f"{refused.sender} ({refused.count} command{'' if refused.count == 1 else 's'}): {why}"
 
-    def _complaint(self, strangers: Sequence[Sender]) -> str:
-        who = _listed([str(one) for one in strangers], ", ")
-        return f"refuses {who}: {self._strangeness(strangers[0])}"
+    def _complaints(self, recent: Sequence[_Refused]) -> Iterator[str]:
+        """Yields what is wrong with strangers, and with commanders whose stamps are."""
+        for refused in ([one for one in recent if one.strange], [one for one in recent if one.age]):
+            if refused:
+                who = _listed([str(one.sender) for one in refused], ", ")
+                yield f"refuses {who}: {self._reason(refused[0])}"
 
     def _recent(self, moment: float, now: float) -> bool:
         return now < moment + self.timeout
@@ -197,14 +214,20 @@ class Authority:
         holds = (self._holds[priority] for priority in sorted(self._holds, reverse=True))
         return next((hold for hold in holds if self._recent(hold.spoken, now)), None)
 
-    def _refuse(self, sender: Sender, now: float, *, behind: str = "") -> bool:
+    def _refuse(self, sender: Sender, now: float, *, behind: str = "", age: float = 0.0) -> bool:
         known = self._refused.pop(sender, None)
         count = known.count + 1 if known is not None else 1
-        self._refused[sender] = _Refused(sender, count, now, behind)
+        self._refused[sender] = _Refused(sender, count, now, behind, age)
         if len(self._refused) > _MOST_REFUSED:
             self._refused.popitem(last=False)
             self._forgot = now
         return False
+
+    def _reason(self, refused: _Refused) -> str:
+        if not refused.age:
+            return self._strangeness(refused.sender)
+        off = f"{abs(refused.age):.1f} s {'old' if refused.age > 0 else 'ahead of time'}"
+        return f"its command was {off} by its stamp: check the clocks of both hosts, and `use_sim_time`"
 
     def _strangeness(self, sender: Sender) -> str:
         """Why a sender is not a commander."""

@@ -31,7 +31,14 @@ class CommandGate:
         self._lock = threading.Lock()
 
     def give(
-        self, node: str, host: str | None, linear: Sequence[float], angular: Sequence[float], arrived: float
+        self,
+        node: str,
+        host: str | None,
+        linear: Sequence[float],
+        angular: Sequence[float],
+        arrived: float,
+        *,
+        age: float = 0.0,
     ) -> None:
         """Passes a command on or refuses it.
 
@@ -39,7 +46,7 @@ class CommandGate:
         """
         sender = Sender(node[:_LONGEST_NAME], host)
         with self._lock:
-            if self._authority.admits(sender, self._clock()):
+            if self._authority.admits(sender, self._clock(), age):
                 self._commands.put(linear, angular, arrived)
                 if not self._commands.held:
                     self._log.admitted(self._authority.commander_name(sender), sender)

@@ -57,3 +57,10 @@ def positive(name: str, value: Any) -> float:
     if not 0 < number < math.inf:
         raise ValueError(f"`{name}` must be greater than 0, not {value}")
     return number
+
+
+def one_of(name: str, value: Any, known: tuple[str, ...]) -> str:
+    """Returns ``value`` if it is among ``known``. Raises ``ValueError``."""
+    if value not in known:
+        raise ValueError(f"`{name}` must be one of {', '.join(known)}, not {value}")
+    return str(value)

@@ -10,10 +10,11 @@ from typing import Any, Mapping
 
 from swarm_onboard.command.authority import Commander, commander_of
 from swarm_onboard.command.start import Start, start_of
-from swarm_onboard.common.parameters import between, content_of, parsed, positive
+from swarm_onboard.common.parameters import between, content_of, one_of, parsed, positive
 from swarm_onboard.driver.live_values import fixed
 from swarm_onboard.driver.protocols import Protocol, protocol_of
 from swarm_onboard.driver.shown_params import shown_params
+from swarm_onboard.ros.node import COMMAND_TYPES
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,7 @@ class Config:
     port: str
     serial: Serial
     command_timeout: float
+    command_type: str
     waits: Mapping[str, float]  # s for the answers that take a time of their own, by query
     firmware_of: Mapping[str, str]  # text that the firmware's name must have, by query
     commanders: tuple[Commander, ...]
@@ -151,6 +153,7 @@ def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
         port=str(data["port"]),
         serial=_serial(data["serial"]),
         command_timeout=between("command_timeout", data["command_timeout"], 0.05, 2.0),
+        command_type=one_of("command_type", data.get("command_type", COMMAND_TYPES[0]), COMMAND_TYPES),
         waits={str(name): positive(f"waits.{name}", wait) for name, wait in data.get("waits", {}).items()},
         firmware_of={str(name): str(text) for name, text in data.get("firmware_of", {}).items()},
         commanders=tuple(commander_of(one) for one in data["commanders"]),

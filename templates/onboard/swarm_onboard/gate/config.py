@@ -8,13 +8,13 @@ from typing import Any, Mapping
 
 from swarm_onboard.command.authority import Commander, commander_of
 from swarm_onboard.command.start import Start, start_of
-from swarm_onboard.common.parameters import between, loaded, positive
+from swarm_onboard.common.parameters import between, loaded, one_of, positive
 from swarm_onboard.gate.motion import AXES, Motion
+from swarm_onboard.ros.node import COMMAND_TYPES
 
 NODE = "gate"
 COMMAND = "cmd_vel"  # in the robot's namespace, as the next
 OUTPUT = "gate/cmd_vel"
-TYPES = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class Config:
     title: str
     namespace: str
     command_type: str
+    output_type: str
     command_timeout: float
     rate: float
     diagnostics_rate: float
@@ -64,7 +65,8 @@ def parse(data: Mapping[str, Any]) -> Config:
         robot=str(data["robot"]),
         title=str(data["title"]),
         namespace=str(data["namespace"]),
-        command_type=_one_of("command_type", data["command_type"], TYPES),
+        command_type=one_of("command_type", data["command_type"], COMMAND_TYPES),
+        output_type=one_of("output_type", data["output_type"], COMMAND_TYPES),
         command_timeout=between("command_timeout", data["command_timeout"], 0.05, 2.0),
         rate=between("rate", data["rate"], 1.0, 50.0),
         diagnostics_rate=between("diagnostics_rate", data["diagnostics_rate"], 0.2, 10.0),
@@ -80,7 +82,7 @@ def parse(data: Mapping[str, Any]) -> Config:
 
 
 def _motion(data: Mapping[str, Any]) -> Motion:
-    kind = _one_of("kind", data["kind"], tuple(AXES))
+    kind = one_of("kind", data["kind"], tuple(AXES))
     lateral, vertical = (axis in AXES[kind] for axis in ("left", "up"))
     return Motion(
         kind=kind,
@@ -95,9 +97,3 @@ def _motion(data: Mapping[str, Any]) -> Motion:
 
 def _optional(name: str, data: Mapping[str, Any]) -> float | None:
     return positive(name, data[name]) if data.get(name) is not None else None
-
-
-def _one_of(name: str, value: Any, known: tuple[str, ...]) -> str:
-    if value not in known:
-        raise ValueError(f"`{name}` must be one of {', '.join(known)}, not {value}")
-    return str(value)

@@ -18,6 +18,7 @@ from swarm_onboard.gate.config import OUTPUT, Config
 from swarm_onboard.gate.odometry import OdometryWatch, Reading
 from swarm_onboard.gate.power import PowerWatch
 from swarm_onboard.ros.node import Kind, Node
+from swarm_onboard.ros.velocities import VELOCITIES
 
 _ODOMETRY_POLL = 0.5  # s between two looks whether odometry is still wanted
 _LAST_WORD = 0.1  # s for the last message to leave before its connections are closed
@@ -31,8 +32,8 @@ class GateTopics:
 
     def __init__(self, node: Node, config: Config, greet: Callable[[], None]) -> None:
         self._node = node
-        self._stamped = config.command_type == "geometry_msgs/TwistStamped"
-        message = TwistStamped if self._stamped else Twist
+        message = VELOCITIES[config.output_type]
+        self._stamped = message is TwistStamped
         self._publisher = node.publisher(OUTPUT, message, Kind.COMMAND, greet)
         self._places = _publish_start(node, config)
         self.left_out = tuple(_left_out(config))

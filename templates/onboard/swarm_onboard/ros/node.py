@@ -38,8 +38,27 @@ class Subscription(Protocol):
         """Ends it."""
 
 
-#: Passes on a command: the sender's node, its host (None: not known yet), m/s, rad/s, when it arrived.
-TakeCommand = Callable[[str, Optional[str], Sequence[float], Sequence[float], float], None]
+COMMAND_TYPES = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")
+
+
+class TakeCommand(Protocol):
+    """Passes on a command."""
+
+    def __call__(
+        self,
+        node: str,
+        host: str | None,
+        linear: Sequence[float],
+        angular: Sequence[float],
+        arrived: float,
+        *,
+        age: float,
+    ) -> None:
+        """Takes the sender's node and host (None: not known yet), m/s, rad/s, and when it arrived.
+
+        ``age``: how old it was then by its stamp, s; 0 without one, negative for one of the future.
+        """
+
 
 #: Passes on a message: the sender's node and host, the message.
 TakeSetting = Callable[[str, Optional[str], Any], None]
@@ -66,9 +85,9 @@ class Node(Protocol):
     def subscribe(self, topic: str, message: Any, take: Callable[[Any], None], kind: Kind) -> Subscription:
         """Passes each message on ``topic`` to ``take``, in a thread of ROS."""
 
-    def subscribe_to_commands(self, topic: str, take: TakeCommand) -> None:
-        """Passes each geometry_msgs/Twist on ``topic`` to ``take``, but not old ones: those that a publisher
-        repeats to whoever connects, or that a network held up."""
+    def subscribe_to_commands(self, topic: str, kind: str, take: TakeCommand) -> None:
+        """Passes each command on ``topic``, of the type named ``kind``, to ``take``, but not those that a
+        publisher repeats to whoever connects, or that a network held up."""
 
     def subscribe_to_settings(self, topic: str, message: Any, take: TakeSetting) -> None:
         """Passes each message on ``topic``, of class ``message``, to ``take``."""

@@ -8,10 +8,10 @@ import time
 from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence
 
 import rospy
-from geometry_msgs.msg import Twist
 
 from swarm_onboard.ros.latched import Latched
 from swarm_onboard.ros.node import Kind, TakeCommand, TakeSetting
+from swarm_onboard.ros.velocities import VELOCITIES, twist_and_stamp
 from swarm_onboard.ros1 import master
 from swarm_onboard.ros1.board_types import raw_class
 
@@ -56,6 +56,12 @@ def _subscribe_with_sender(topic: str, message: Any, take: Callable[[str, str | 
         take(str(header.get("callerid", "")), next(found, "").lower() or None, one)
 
     subscriber.add_callback(received, None)
+
+
+def _age(stamp: Any) -> float:
+    """Returns how long ago ``stamp`` was by the clock of ROS, s; 0 without one, or if it is not set."""
+    moment = float(stamp.to_sec()) if stamp is not None else 0.0
+    return rospy.get_time() - moment if moment else 0.0
 
 
 class _Publisher:
@@ -129,19 +135,21 @@ class Node:
     def subscribe(self, topic: str, message: Any, take: Callable[[Any], None], kind: Kind) -> _Subscription:
         return _Subscription(rospy.Subscriber(topic, message, take, queue_size=1, tcp_nodelay=True))
 
-    def subscribe_to_commands(self, topic: str, take: TakeCommand) -> None:
+    def subscribe_to_commands(self, topic: str, kind: str, take: TakeCommand) -> None:
         """What a publisher latched before this node connected is left out: it was for another moment."""
         latched = Latched(self._publishers(topic))
 
-        def received(sender: str, host: str | None, twist: Any) -> None:
+        def received(sender: str, host: str | None, message: Any) -> None:
             """Runs in the thread of the sender's connection."""
-            arrived, connection = time.monotonic(), twist._connection_header
+            arrived, connection = time.monotonic(), message._connection_header
             if connection.get("latching") == "1" and latched.repeats(sender, connection):
                 return
-            linear, angular = twist.linear, twist.angular
-            take(sender, host, (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z), arrived)
+            twist, stamp = twist_and_stamp(message)
+            linear = (twist.linear.x, twist.linear.y, twist.linear.z)
+            angular = (twist.angular.x, twist.angular.y, twist.angular.z)
+            take(sender, host, linear, angular, arrived, age=_age(stamp))
 
-        _subscribe_with_sender(topic, Twist, received)
+        _subscribe_with_sender(topic, VELOCITIES[kind], received)
 
     def subscribe_to_settings(self, topic: str, message: Any, take: TakeSetting) -> None:
         _subscribe_with_sender(topic, message, take)

@@ -12,7 +12,6 @@ from array import array
 from typing import Any, Callable, Mapping, Sequence
 
 import rclpy
-from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -22,6 +21,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from swarm_onboard.ros.node import Kind, TakeCommand, TakeSetting
+from swarm_onboard.ros.velocities import VELOCITIES, twist_and_stamp
 from swarm_onboard.ros2 import ros1_bytes
 from swarm_onboard.ros2.late import Late
 from swarm_onboard.ros2.parameters import flat
@@ -147,22 +147,28 @@ class Node:
         profile = quality(kind, publishes=False)
         return _Subscription(self.rcl, self.rcl.create_subscription(message, topic, take, profile))
 
-    def subscribe_to_commands(self, topic: str, take: TakeCommand) -> None:
+    def subscribe_to_commands(self, topic: str, kind: str, take: TakeCommand) -> None:
         """What a network held up for longer than others is left out: it was meant for another moment."""
         senders, late = Senders(self.rcl, topic), Late(EXPIRES)
 
-        def received(twist: Any, gid: bytes, sent: int, arrived: int) -> None:
+        def received(message: Any, gid: bytes, sent: int, arrived: int) -> None:
             """Times in ns, each by the clock of its host."""
             if late.is_late(gid, sent * 1e-9, arrived * 1e-9):
                 return
+            twist, stamp = twist_and_stamp(message)
             linear = (twist.linear.x, twist.linear.y, twist.linear.z)
             angular = (twist.angular.x, twist.angular.y, twist.angular.z)
-            moment = time.monotonic()
+            moment, age = time.monotonic(), self._age(stamp)
             # The graph does not say where a node runs: no host.
-            senders.when_named(gid, lambda sender: take(sender, "", linear, angular, moment))
+            senders.when_named(gid, lambda sender: take(sender, "", linear, angular, moment, age=age))
 
         profile = quality(Kind.COMMAND, publishes=False)
-        subscribe_with_sender(self.rcl, Twist, topic, received, profile)
+        subscribe_with_sender(self.rcl, VELOCITIES[kind], topic, received, profile)
+
+    def _age(self, stamp: Any) -> float:
+        """Returns how long ago it was by the clock of ROS, s; 0 without one, or if it is not set."""
+        moment = stamp.sec * 10**9 + stamp.nanosec if stamp is not None else 0
+        return float(self.rcl.get_clock().now().nanoseconds - moment) * 1e-9 if moment else 0.0
 
     def subscribe_to_settings(self, topic: str, message: Any, take: TakeSetting) -> None:
         senders = Senders(self.rcl, topic)

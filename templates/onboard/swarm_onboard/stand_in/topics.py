@@ -9,17 +9,15 @@ import time
 from pathlib import Path
 from typing import Any
 
-from geometry_msgs.msg import Twist, TwistStamped
-
 from swarm_onboard.command.transforms import TFMessage
 from swarm_onboard.ros.node import Kind, Node, join, message_class
+from swarm_onboard.ros.velocities import VELOCITIES
 from swarm_onboard.stand_in import messages, truth
 from swarm_onboard.stand_in.body import Body
 from swarm_onboard.stand_in.config import Config, Output, load
 from swarm_onboard.stand_in.schedule import Schedule
 from swarm_onboard.stand_in.untyped import untyped
 
-_VELOCITIES = {"geometry_msgs/Twist": Twist, "geometry_msgs/TwistStamped": TwistStamped}
 _TF = "/tf"
 _TRUTH = 0.1  # s between two writes of the true state
 _WARNING = 2
@@ -68,7 +66,7 @@ class StandInTopics:
         for topic, kind in config.inputs:
             self._take(topic, kind, _ignored)
         if any(config.limits):
-            velocity = config.command_type in _VELOCITIES
+            velocity = config.command_type in VELOCITIES
             self._take(config.command, config.command_type, self._commanded if velocity else _ignored)
 
     def pause(self, now: float) -> float:

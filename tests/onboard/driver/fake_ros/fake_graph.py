@@ -1,7 +1,8 @@
 """What the fakes of rospy and rclpy share: messages, and the process at the other end of stdin and stdout.
 
-Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<sender> <topic>=<numbers>``,
-messages of any other kind as ``<topic>:<bytes in hex>``, and what else happens as one word (see ``listen``).
+Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, with the time in s behind it if it is
+stamped, settings as ``<sender> <topic>=<numbers>``, messages of any other kind as ``<topic>:<bytes in hex>``,
+and what else happens as one word (see ``listen``).
 Publications go out on stdout, one JSON object a line. FAKE_LISTENERS=0 in the environment: nobody listens.
 FAKE_LACKS names a package that is not installed.
 """
@@ -46,6 +47,36 @@ class Message:
         return self.__dict__.setdefault(name, Message())
 
 
+class Twist(Message):
+    """A type of its own: ROS connects it with no other."""
+
+
+class TwistStamped(Message):
+    """Another one."""
+
+
+class Stamp(float):
+    """Seconds, as rospy and as rclpy have them in a header; as rclpy has a moment."""
+
+    def to_sec(self) -> float:
+        return float(self)
+
+    def to_msg(self) -> Stamp:
+        return self
+
+    @property
+    def nanoseconds(self) -> int:
+        return int(self * 1e9)
+
+    @property
+    def sec(self) -> int:
+        return int(self)
+
+    @property
+    def nanosec(self) -> int:
+        return self.nanoseconds % 10**9
+
+
 def packages(package: str, *names: str) -> None:
     if package == os.environ.get("FAKE_LACKS"):
         return
@@ -55,7 +86,8 @@ def packages(package: str, *names: str) -> None:
 
 
 packages("diagnostic_msgs", "DiagnosticArray", "DiagnosticStatus", "KeyValue")
-packages("geometry_msgs", "Quaternion", "TransformStamped", "Twist", "TwistStamped", "Vector3")
+packages("geometry_msgs", "Quaternion", "TransformStamped", "Vector3")
+sys.modules["geometry_msgs.msg"].__dict__.update(Twist=Twist, TwistStamped=TwistStamped)
 packages("nav_msgs", "Odometry")
 packages("rcl_interfaces", "ParameterDescriptor", "SetParametersResult")
 packages(
@@ -104,9 +136,10 @@ def _listen(acts: Mapping[str, Callable[[], None]], deliver: Callable[[str, str,
             topic, _, data = line.strip().partition(":")
             deliver(topic, "somebody", bytes.fromhex(data))
         else:
-            sender, linear, angular = line.split()
-            command = Message(linear=_vector(x=float(linear)), angular=_vector(z=float(angular)))
-            deliver("cmd_vel", sender, command)
+            sender, linear, angular, *stamp = line.split()
+            twist = Twist(linear=_vector(x=float(linear)), angular=_vector(z=float(angular)))
+            stamps = [Message(stamp=Stamp(one)) for one in stamp]
+            deliver("cmd_vel", sender, TwistStamped(header=stamps[0], twist=twist) if stamps else twist)
 
 
 def _vector(x: float = 0.0, z: float = 0.0) -> Message:

@@ -29,6 +29,10 @@ def get_node_uri() -> str:
     return "http://here:1/"
 
 
+def get_time() -> float:
+    return time.time()
+
+
 def set_param(name: str, value: Any) -> None:
     say({"topic": "parameter", "name": name, "value": value})
 
@@ -140,8 +144,8 @@ class Subscriber:
 
     subscribers: ClassVar[dict[str, Subscriber]] = {}
 
-    def __init__(self, topic: str, _type: Any, take: Any = None, **__: Any) -> None:
-        self._topic, self._take = topic, take
+    def __init__(self, topic: str, kind: Any, take: Any = None, **_: Any) -> None:
+        self._topic, self._kind, self._take = topic, kind, take
         self._connections: dict[str, _Connection] = {}
         self.impl = self
         self.subscribers[topic] = self
@@ -170,7 +174,7 @@ class Subscriber:
         while True:
             message = connection.arrived.get()
             message._connection_header = connection.header
-            if self._take is not None:
+            if self._take is not None and isinstance(message, (self._kind, AnyMsg)):
                 self._take(message)
 
 

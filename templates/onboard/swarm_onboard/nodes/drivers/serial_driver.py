@@ -88,7 +88,7 @@ class DriverNode:
 
         with self._showing:
             self._news.ros = DriverTopics(node, self._live.config)
-        node.subscribe_to_commands("cmd_vel", self._senders.give)
+        node.subscribe_to_commands("cmd_vel", config.command_type, self._senders.give)
         for actuator in config.actuators:
             subscribe_to_settings(node, actuator, self._senders, self._outputs)
         for complaint in self._news.ros.left_out:

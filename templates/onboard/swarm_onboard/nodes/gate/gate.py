@@ -86,7 +86,7 @@ class GateNode:
         self._output.ros = topics.GateTopics(node, self._config, self._gate.greet)
         for complaint in self._output.ros.left_out:
             print(complaint, file=sys.stderr, flush=True)
-        node.subscribe_to_commands(COMMAND, self._senders.give)
+        node.subscribe_to_commands(COMMAND, self._config.command_type, self._senders.give)
         self._wiring.start(node.publishers_and_subscribers, node.has_ended)
         if self._odometry is not None:
             topics.read_odometry(node, self._odometry)

@@ -38,7 +38,7 @@ async def send(config: Config, environment: Mapping[str, str]) -> tuple[int, str
 
 async def _send(config: Config, environment: Mapping[str, str]) -> tuple[int, str]:
     host = environment.get("ROS_IP") or environment.get("ROS_HOSTNAME") or "127.0.0.1"
-    master, kind = environment.get("ROS_MASTER_URI", "http://127.0.0.1:11311"), config.command_type
+    master, kind = environment.get("ROS_MASTER_URI", "http://127.0.0.1:11311"), config.output_type
     zeros = Publication(config.node, config.output, kind, MD5[kind], first=zero(kind))
     port = await zeros.start()
     answers = slave.SlaveApi()

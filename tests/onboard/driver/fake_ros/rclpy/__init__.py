@@ -9,7 +9,7 @@ from inspect import signature
 from types import SimpleNamespace
 from typing import Any
 
-from fake_graph import Message, listen, listeners, say
+from fake_graph import Message, Stamp, listen, listeners, say
 
 
 def init(args: list[str], signal_handler_options: Any) -> None:
@@ -24,11 +24,6 @@ def create_node(name: str, *, namespace: str, parameter_overrides: Any) -> Node:
     return Node(f"{namespace}/{name}")
 
 
-class _Stamp(float):
-    def to_msg(self) -> float:
-        return float(self)
-
-
 class Node:
     """A node whose subscriptions get what stdin has; each sender is a publisher with a GID of its own."""
 
@@ -38,6 +33,7 @@ class Node:
         self._name = name
         self._parameters: dict[str, Any] = {}
         self._subscriptions: dict[str, Any] = {}
+        self._kinds: dict[str, Any] = {}
         self._senders: list[str] = []
         self.waiting: queue.Queue[Any] = queue.Queue()
 
@@ -45,7 +41,7 @@ class Node:
         return self._name
 
     def get_clock(self) -> Any:
-        return SimpleNamespace(now=lambda: _Stamp(time.time()))
+        return SimpleNamespace(now=lambda: Stamp(time.time()))
 
     def resolve_topic_name(self, topic: str) -> str:
         return topic
@@ -61,6 +57,7 @@ class Node:
 
     def create_subscription(self, kind: Any, topic: str, take: Any, profile: Any, raw: bool = False) -> str:
         self._subscriptions[topic] = take
+        self._kinds[topic] = kind
         if len(self._subscriptions) == 1:
             listen({}, lambda *what: self.waiting.put(what))
         say({"topic": "subscribes", "name": topic})
@@ -77,6 +74,8 @@ class Node:
         if sender not in self._senders:
             self._senders.append(sender)
         take = self._subscriptions[topic]
+        if not isinstance(message, self._kinds[topic]):
+            return
         if len(signature(take).parameters) == 1:
             take(message)
             return
