@@ -13,7 +13,7 @@ from swarmctl.swarm.resolved import Host, Island, Swarm
 
 DDS_GROUP = "239.255.0.1"  # OMG DDSI-RTPS 2.5, 9.6.1.4.1
 #: Over IPv6 each implementation has a group of its own: Fast DDS 2.6 to 3.2, Cyclone DDS 0.10.
-_IPV6_GROUPS = {"fastrtps": "ff1e::ffff:efff:1", "cyclonedds": "ff02::ffff:239.255.0.1"}
+_IPV6_GROUPS = {"fastrtps": "ff1e::ffff:efff:1", "cyclonedds": "ff02::ffff:efff:1"}
 
 
 def service_values(swarm: Swarm, host: Host, *, master: bool = True) -> dict[str, Any]:

@@ -275,7 +275,7 @@ def _sample(rng: random.Random, key: str, schema: Data, data: Data) -> Any:
 
 
 def _of_type(rng: random.Random, key: str, schema: Data, data: Data) -> Any:
-    least = schema.get("minItems", 0)
+    least, kinds = schema.get("minItems", 0), schema.get("type", "any")
     made: Mapping[str, Callable[[], Any]] = {
         "boolean": lambda: rng.random() < 0.5,
         "integer": lambda: _number(rng, schema, whole=True),
@@ -286,7 +286,8 @@ def _of_type(rng: random.Random, key: str, schema: Data, data: Data) -> Any:
         "object": lambda: _mapping(rng, schema, data),
         "string": lambda: _matching(rng, schema["pattern"]) if "pattern" in schema else _text(rng),
     }
-    return made.get(schema.get("type", ""), lambda: _parameter(rng))()
+    kind = rng.choice(kinds) if isinstance(kinds, list) else kinds
+    return made.get(kind, lambda: _parameter(rng))()
 
 
 def _mapping(rng: random.Random, schema: Data, data: Data) -> Data:

@@ -83,7 +83,7 @@ def test_nodes_look_for_a_discovery_server_of_ipv6(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("rmw", "group"), [("fastrtps", "ff1e::ffff:efff:1"), ("cyclonedds", "ff02::ffff:239.255.0.1")]
+    ("rmw", "group"), [("fastrtps", "ff1e::ffff:efff:1"), ("cyclonedds", "ff02::ffff:efff:1")]
 )
 def test_a_filtered_host_receives_from_the_group_of_ipv6(rmw: str, group: str, tmp_path: Path) -> None:
     made = of_ros_2(tmp_path, f"distro: jazzy, rmw: {rmw}, discovery: multicast")["pi"]
