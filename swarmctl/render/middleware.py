@@ -94,7 +94,9 @@ class ExpectedNode:
 #: What a rule can be about: a master, programs that are launched, launch files in XML, packages that catkin
 #: builds, the names, parameters and checksums of nodes of ROS 1, a graph that has the host of each node,
 #: and domains with discovery.
-Capability = Literal["master", "launched", "launch-xml", "catkin", "ros1-nodes", "node-hosts", "domains"]
+Capability = Literal[
+    "master", "launched", "launch-xml", "catkin", "ros1-nodes", "node-hosts", "domains", "ipv6-servers"
+]
 
 
 class Middleware(Protocol):

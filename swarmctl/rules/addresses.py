@@ -7,7 +7,6 @@ from ipaddress import ip_address
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.render.ros2.discovery_files import HUMBLE
 from swarmctl.rules.identity import Claim, duplicates
 from swarmctl.swarm.addresses import (
     Ip,
@@ -128,9 +127,9 @@ def _ipv4_beside(
     if robot is not None:
         note = Note(context.span("robots", robot, key=True), "runs nodes itself")
         return "DDS on the robot uses IPv4", note, ""
-    if island.distro == HUMBLE and island.discovery.method == "server":
+    if island.discovery.method == "server" and "ipv6-servers" not in context.middleware.capabilities:
         return (
-            "the discovery server of `humble` uses IPv4 only",
+            f"the discovery server of `{island.distro}` uses IPv4 only",
             None,
             "write `discovery: peers`, without `servers`",
         )

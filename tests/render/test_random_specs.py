@@ -71,8 +71,8 @@ def test_each_file_is_read_by_its_reader(first: int, tmp_path: Path) -> None:
     files = list(rendered(range(first, first + AT_ONCE), tmp_path))
     assert len({one.seed for one in files}) > AT_ONCE // 2
     assert [*_unread(files), *_refused_by_bash(files)] == []
-    assert _said_of_units(files, tmp_path) == ""
-    assert _said_of_tables(files, tmp_path) == ""
+    assert _output_of_systemd(files, tmp_path) == ""
+    assert _output_of_nft(files, tmp_path) == ""
 
 
 def _unread(files: list[Written]) -> Iterator[str]:
@@ -98,8 +98,8 @@ def _refused_by_bash(files: list[Written]) -> Iterator[str]:
                 yield f"{one.name}: {done.stderr.decode()}"
 
 
-def _said_of_units(files: list[Written], root: Path) -> str:
-    """What systemd says of the units of all hosts, which get names of their own for it."""
+def _output_of_systemd(files: list[Written], root: Path) -> str:
+    """The messages of systemd about the units of all hosts, which get names of their own for it."""
     if shutil.which("systemd-analyze") is None:
         pytest.skip("needs systemd-analyze")
     folder = root / "etc/systemd/system"
@@ -126,8 +126,8 @@ def _said_of_units(files: list[Written], root: Path) -> str:
     return "\n".join(one for one in lines if not one.startswith("Accepting user/group name"))
 
 
-def _said_of_tables(files: list[Written], folder: Path) -> str:
-    """What nft says of the firewalls, on a machine with the accounts that they name."""
+def _output_of_nft(files: list[Written], folder: Path) -> str:
+    """The messages of nft about the firewalls, on a machine with the accounts that they name."""
     if os.geteuid() != 0 or shutil.which("nft", path=processes.SEARCH_PATH) is None:
         pytest.skip("needs root and nft")
     tables = (one for one in files if one.path == "firewall.nft")

@@ -43,7 +43,7 @@ def test_ros_reads_all(first: int, rosparam: Reader, rcl: Reader, tmp_path: Path
 
 
 def refused_by_roslaunch(files: list[Written], reader: Reader) -> dict[str, str]:
-    """What roslaunch says of the launch files, with stand-ins of the files that they include."""
+    """The errors of roslaunch in the launch files, with stand-ins of the files that they include."""
     given: dict[str, str] = {}
     included: dict[tuple[str, str], set[str]] = {}  # by package and path: the arguments
     for one in files:
@@ -72,7 +72,7 @@ def refused_by_rcl(files: list[Written], reader: Reader) -> dict[str, str]:
 
 
 def refused_by_fast_dds(files: list[Written]) -> dict[str, str]:
-    """What its schema says of the profiles."""
+    """The errors of its schema in the profiles."""
     disk = image.ensure(lambda _line: None, distro="jazzy")
     schema = etree.XMLSchema(etree.parse(disk / XSD))
     documents = {

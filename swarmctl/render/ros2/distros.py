@@ -16,6 +16,7 @@ from swarmctl.render.middleware import (
 )
 from swarmctl.render.ros2 import (
     ament_packages,
+    discovery_files,
     domain_ports,
     enclave_files,
     graph_environment,
@@ -60,6 +61,8 @@ class Ros2:
 
     def __init__(self, distro: str) -> None:
         self._distro = distro
+        if distro != discovery_files.HUMBLE:
+            self.capabilities |= {"ipv6-servers"}
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         """Yields the environment, the discovery server on its hosts, and the drivers."""

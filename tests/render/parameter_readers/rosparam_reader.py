@@ -1,6 +1,6 @@
 """Runs on a host with a master: what a node of ROS 1 gets from the files that roslaunch loads for it.
 
-For files by their paths: what roslaunch says of each launch file among them.
+For files by their paths: the error of roslaunch in each launch file among them.
 """
 
 import json
