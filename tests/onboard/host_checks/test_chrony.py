@@ -10,7 +10,7 @@ from swarm_onboard.host_checks.chrony import Seen, judge, observe
 from swarmctl.render.quoting import render
 
 ROOT = "192.168.77.10"
-FOLLOWER = render("follower.chrony", root=ROOT, name="hub").decode()
+FOLLOWER = render("follower.chrony", root=ROOT, name="hub", allowed=[]).decode()
 UNRESOLVED = FOLLOWER.replace(ROOT, "name.invalid")
 SERVES = render("root.chrony", servers=["ntp.lab.example"], allowed=["10.0.0.0/8"], anyone=False).decode()
 # What `chronyc -n -c tracking` of chrony 4.3 prints.
