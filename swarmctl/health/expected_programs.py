@@ -15,7 +15,7 @@ from swarmctl.swarm.topics import CLOCK, DriverTopic
 class ExpectedProgram:
     """A program and its unit. ``node`` is empty if nothing names it; topics are (name, type) pairs.
 
-    ``measured``: those that it publishes at a declared rate.
+    ``measured``: those that it publishes at a declared rate; ``provides``: services and actions, alike.
     """
 
     name: str
@@ -30,6 +30,7 @@ class ExpectedProgram:
     oneshot: bool = False  # it ends, and its exit code is checked
     measured: tuple[DriverTopic, ...] = ()
     container: Container | None = None
+    provides: tuple[tuple[str, str], ...] = ()
 
     @property
     def gives_time(self) -> bool:
@@ -64,4 +65,5 @@ def _program(swarm: Swarm, host: Host, program: Program) -> ExpectedProgram:
         oneshot=declared.lifecycle == "oneshot",
         measured=node.measured,
         container=declared.container,
+        provides=node.provides,
     )

@@ -16,14 +16,14 @@ TABLE = (
     ("one ended with another exit code than 0, or after more than a minute, and stays away", "unhealthy"),
     ("one ended with exit code 0 within a minute of its start", "ok: it has done its task"),
     ("how one ended is not in the journal", "a warning"),
-    ("none has a declared topic", "unhealthy; for `subscribes`, a warning"),
+    ("none has a declared topic, service or action", "unhealthy; for `subscribes`, a warning"),
 )
 LONGEST_TASK = 60.0  # s; a node that ends with exit code 0 before that has done its task
 _HINT = "correct the spec, or remap the program's names"
 
 
 class Launched(Protocol):
-    """What a unit launches, and the topics that its nodes should have, with their types."""
+    """What a unit launches, and what its nodes should have, with the types."""
 
     @property
     def unit(self) -> str:
@@ -37,6 +37,10 @@ class Launched(Protocol):
     def subscribes(self) -> tuple[tuple[str, str], ...]:
         """Topics with their types."""
 
+    @property
+    def provides(self) -> tuple[tuple[str, str], ...]:
+        """Services and actions with their types."""
+
 
 @dataclass(frozen=True)
 class LaunchedDriver:
@@ -45,6 +49,7 @@ class LaunchedDriver:
     unit: str
     publishes: tuple[tuple[str, str], ...] = ()
     subscribes: tuple[tuple[str, str], ...] = ()
+    provides: tuple[tuple[str, str], ...] = ()
 
 
 def problem(program: Launched, host: ExpectedHost, seen: LaunchedSeen | None) -> Verdict | None:
@@ -87,11 +92,12 @@ def _alive(program: Launched, host: ExpectedHost, seen: LaunchedSeen) -> Iterato
 
 
 def _topics(program: Launched, seen: LaunchedSeen) -> Iterator[Verdict]:
-    """Topics of the spec that no node has, or has with another type."""
+    """Topics and services of the spec that no node has, or has with another type."""
     nodes = seen.nodes.values()
     for topics, sides, verb, state in (
         (program.publishes, [node.publishes for node in nodes], "publishes", State.BAD),
         (program.subscribes, [node.subscribes for node in nodes], "subscribes to", State.WARNING),
+        (program.provides, [node.provides for node in nodes], "provides", State.BAD),
     ):
         for topic, kind in topics:
             known = {side[topic] for side in sides if topic in side}

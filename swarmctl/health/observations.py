@@ -122,7 +122,7 @@ class Report:
 
 @dataclass(frozen=True)
 class NodeSeen:
-    """A node: whether it is registered and answers, what it publishes and subscribes (name to type)."""
+    """A node: whether it is registered and answers; types of what it publishes, subscribes and provides."""
 
     registered: bool | None = None
     alive: bool | None = None
@@ -134,6 +134,7 @@ class NodeSeen:
     topics: Mapping[str, TopicSeen] = field(default_factory=dict)
     report: Report | None = None
     parameters: tuple[str, ...] | None = None  # that are not as its driver set them; None: not compared
+    provides: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

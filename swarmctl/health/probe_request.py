@@ -59,9 +59,20 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
         "peers": list(peers_of(graph, host)),
         "expected": {name: ends for one in unmastered for name, ends in _expected(one)},
         "inputs": list(dict.fromkeys(topic for one in inputs_of(graph, host) for topic in one.topics)),
+        "provides": [
+            *(name for one in host.robots for name, _ in one.provides),
+            *(name for one in host.programs for name, _ in one.provides),
+        ],
         "devices": [robot.device for robot in host.robots if robot.device],
         "launched": {
-            **{one.unit: _topics_of(one, window) for one in host.robots if not one.node},
+            **{
+                one.unit: {
+                    **dict.fromkeys((name for name, _ in one.provides), 0.0),
+                    **_topics_of(one, window),
+                }
+                for one in host.robots
+                if not one.node
+            },
             **{one.unit: _searched(one, window) for one in host.programs if _is_searched(one)},
         },
         "advertised": host.advertised,
@@ -94,7 +105,7 @@ def _measured(program: ExpectedProgram, window: float) -> dict[str, float]:
 
 def _searched(program: ExpectedProgram, window: float) -> dict[str, float]:
     """The topics by which the nodes of a program are found, each with the seconds to listen."""
-    declared = (name for name, _ in (*program.publishes, *program.subscribes))
+    declared = (name for name, _ in (*program.publishes, *program.subscribes, *program.provides))
     return {**dict.fromkeys(declared, 0.0), **_measured(program, window)}
 
 
@@ -114,14 +125,20 @@ def _expected(host: ExpectedHost) -> Iterator[tuple[str, EndsRequest]]:
         if robot.optional:
             continue
         takes = [robot.takes[0]] if robot.command else []
-        yield robot.node or robot.unit, {"publishes": [one.name for one in robot.topics], "subscribes": takes}
+        topics, provided = [one.name for one in robot.topics], [name for name, _ in robot.provides]
+        yield robot.node or robot.unit, {"publishes": topics, "subscribes": takes, "provides": provided}
         if robot.gate is not None:
-            yield robot.gate.node, {"publishes": [robot.gate.output], "subscribes": [robot.command]}
+            gate = robot.gate
+            yield gate.node, {"publishes": [gate.output], "subscribes": [robot.command], "provides": []}
     for program in host.programs:
         if not program.optional and not program.oneshot:
             yield (
                 program.node or program.unit,
-                {"publishes": [name for name, _ in program.publishes], "subscribes": []},
+                {
+                    "publishes": [name for name, _ in program.publishes],
+                    "subscribes": [],
+                    "provides": [name for name, _ in program.provides],
+                },
             )
 
 

@@ -8,6 +8,8 @@ from swarmctl.render.driver_config import set_parameters
 from swarmctl.render.gate_config import REPORTS as GATE_REPORTS
 from swarmctl.render.middleware import ExpectedDriver, ExpectedGate, ExpectedNode
 from swarmctl.robot_types.declared_topic import Topic
+from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.spec import program_model as model
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Program, Robot, Swarm, SwarmctlDriver
 from swarmctl.swarm.topics import (
@@ -30,6 +32,9 @@ def driver(swarm: Swarm, robot: Robot) -> ExpectedDriver:
         gate=_gate(swarm, robot, robot.driver) if isinstance(robot.driver, ForeignDriver) else None,
         ungated=(robot.driver.ros.reason or "") if isinstance(robot.driver, ForeignDriver) else "",
         parameters=set_parameters(robot, robot.driver) if isinstance(robot.driver, SwarmctlDriver) else {},
+        provides=_provided(robot.driver.ros, robot.driver_node)
+        if isinstance(robot.driver, ForeignDriver)
+        else (),
     )
 
 
@@ -75,7 +80,12 @@ def program(swarm: Swarm, program: Program) -> ExpectedNode:
             for one in declared.publishes
             if one.rate is not None
         ),
+        provides=_provided(declared, program.node),
     )
+
+
+def _provided(declared: RosDriver | model.Program, node: str) -> tuple[tuple[str, str], ...]:
+    return tuple((names.resolved(one.name, node, declared.remap), one.type) for one in declared.provides)
 
 
 def _topics(program: Program, topics: tuple[Topic, ...]) -> tuple[tuple[str, str], ...]:

@@ -63,7 +63,7 @@ class ExpectedDriver:
 
     ``guarded``: it is swarmctl's, the main process of its unit, and rejects unauthorised publishers.
     ``gate`` rejects them in front of another driver; ``ungated``: why nothing does. ``parameters``: those
-    that the node sets in the graph.
+    that the node sets in the graph. ``provides``: services and actions, full name and type.
     """
 
     unit: str
@@ -75,13 +75,14 @@ class ExpectedDriver:
     gate: ExpectedGate | None = None
     ungated: str = ""
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    provides: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
 class ExpectedNode:
     """A program's unit and node (empty if nothing names it); topics are pairs of full name and type.
 
-    ``measured``: those that it publishes at a declared rate.
+    ``measured``: those that it publishes at a declared rate; ``provides``: services and actions, alike.
     """
 
     unit: str
@@ -89,6 +90,7 @@ class ExpectedNode:
     publishes: tuple[tuple[str, str], ...]
     subscribes: tuple[tuple[str, str], ...]
     measured: tuple[DriverTopic, ...] = ()
+    provides: tuple[tuple[str, str], ...] = ()
 
 
 #: What a rule can be about: a master, programs that are launched, launch files in XML, packages that catkin

@@ -19,6 +19,7 @@ from swarmctl.field_types import (
     fits_together,
 )
 from swarmctl.plugins import MIDDLEWARES, NameIn
+from swarmctl.robot_types.declared_service import Service
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.placeholders import Loc, is_placeholder, meanings, placeholders_in, texts_in
 from swarmctl.robot_types.ros_launchable import Device, RosLaunchable
@@ -66,6 +67,11 @@ class RosDriver(RosLaunchable):
         description="Topics it publishes; `status` checks them.",
     )
     subscribes: tuple[Topic, ...] = Field((), description="Topics it subscribes to beside its commands.")
+    provides: tuple[Service, ...] = Field(
+        (),
+        examples=[[{"name": "dock", "type": "irobot_create_msgs/action/Dock"}]],
+        description="Services and actions it provides; `status` checks them.",
+    )
     odom_frame: FrameName | None = Field(
         None,
         examples=["{frame}/odom"],

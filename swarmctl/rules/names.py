@@ -22,6 +22,9 @@ def _graph_names(context: RuleContext) -> Iterator[tuple[str, Loc, bool]]:
         for key in ("publishes", "subscribes"):
             for index, topic in enumerate(getattr(program, key)):
                 yield topic.topic, ("programs", program_name, key, index, "topic"), False
+        for key in ("provides", "calls"):
+            for index, service in enumerate(getattr(program, key)):
+                yield service.name, ("programs", program_name, key, index, "name"), False
         for old, new in program.remap.items():
             yield old, ("programs", program_name, "remap", old), True
             yield new, ("programs", program_name, "remap", old), False
@@ -186,12 +189,15 @@ def _example(context: RuleContext, robot: str, other: str) -> str:
 def undeclared_remaps(context: RuleContext) -> Iterator[Diagnostic]:
     """A remap of a name that the program, which declares its topics, does not declare.
 
-    Services are remapped too, and are not declared: the name must look misspelt, or become a known topic.
+    Services are remapped too, and need not be declared: the name must look misspelt, or become a known topic.
     """
     common = context.common_topics
     known: set[str] = {one.topic for one in context.endpoints}
     for name, program in context.spec.programs.items():
-        topics = [one.topic for one in (*program.publishes, *program.subscribes)]
+        topics = [
+            *(one.topic for one in (*program.publishes, *program.subscribes)),
+            *(one.name for one in (*program.provides, *program.calls)),
+        ]
         node = context.program_nodes[name]
         own = {names.resolved(one, node, {}): one for one in topics}
         for old, new in program.remap.items() if own else ():

@@ -20,6 +20,7 @@ from swarmctl.field_types import (
     SelectedRobot,
 )
 from swarmctl.named_secret import Secret
+from swarmctl.robot_types.declared_service import Service
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.ros_launchable import Device, RosLaunchable, Words
 from swarmctl.spec.install_model import Install
@@ -165,6 +166,12 @@ class Program(RosLaunchable):
     )
     publishes: tuple[Topic, ...] = Field((), description="Topics it publishes.")
     subscribes: tuple[Topic, ...] = Field((), description="Topics it subscribes to.")
+    provides: tuple[Service, ...] = Field(
+        (),
+        examples=[[{"name": "save_map", "type": "std_srvs/srv/Trigger"}]],
+        description="Services and actions it provides; `status` checks them.",
+    )
+    calls: tuple[Service, ...] = Field((), description="Services and actions of others that it calls.")
     requires: tuple[PackageName, ...] = Field(
         (), description="ROS packages without which it cannot run.", examples=[["joy"]]
     )

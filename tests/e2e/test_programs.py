@@ -36,6 +36,7 @@ programs:
       sizes: {low: [1, 2]}
     files: {greeting.txt: {template: greeting.j2}}
     publishes: [{topic: words, type: std_msgs/String}]
+    provides: [{name: ~get_loggers, type: roscpp/srv/GetLoggers}]
   log:
     robot: k3
     command: [bash, -c, "exec rostopic echo -p words > /home/robot/{host}-{robot}.csv"]
@@ -125,6 +126,9 @@ def test_programs_survive_their_master_and_optional_ones_are_left_out(
     details = swarm.swarmctl("status", "--details", spec=spec).out
     assert "gmapping: is skipped: host koala-laptop lacks the ROS package gmapping" in details
     assert "/k3/shout" in shown.out
+    more = spec.with_name("more-services.yaml")
+    more.write_text("programs: {shout: {provides: [{name: hush, type: std_srvs/srv/Trigger}]}}\n")
+    assert "/k3/shout does not provide /k3/hush" in swarm.swarmctl("status", "--file", str(more), spec=spec).out
 
     swarm.shell(LEADER, "sudo systemctl kill --signal=KILL swarm-newswarm.master")
     began = time.monotonic()

@@ -125,6 +125,7 @@ def test_a_host_is_probed_for_its_own_part() -> None:
         "peers": [],
         "expected": {},
         "inputs": ["/k3/cmd_vel"],
+        "provides": [],
         "devices": ["/dev/swarm/k3"],
         "launched": {},
         "advertised": "192.168.77.11",

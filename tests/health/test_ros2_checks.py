@@ -248,7 +248,8 @@ def test_a_hub_that_misses_a_receiver_which_the_gate_sees_is_no_fault(tmp_path: 
 def test_what_is_certain_is_waited_for(graph: ExpectedGraph) -> None:
     hub, other = (request(graph, host, 2.0)["expected"] for host in graph.hosts)
     k3 = next(robot for robot in graph.robots if robot.name == "k3")
-    assert other == {k3.node: {"publishes": [one.name for one in k3.topics], "subscribes": ["/k3/cmd_vel"]}}
+    topics = [one.name for one in k3.topics]
+    assert other == {k3.node: {"publishes": topics, "subscribes": ["/k3/cmd_vel"], "provides": []}}
     assert hub.keys() == {"/koala/driver", "/k3/driver"}
     assert hub["/k3/driver"] == other["/k3/driver"]
     optional = replace(graph.hosts[1], robots=(replace(k3, optional=True),))

@@ -33,11 +33,13 @@ SPEC = ROOT / "tests/render/programs.yaml"
 DECLARED = """\
     publishes: [{topic: scan, type: sensor_msgs/LaserScan, rate: 10}]
     subscribes: [{topic: odom, type: nav_msgs/Odometry}]
+    provides: [{name: ~look, type: std_srvs/srv/Trigger}]
 """
 MEMORY = "    memory_mb: 300\n"
 LAUNCHED = """\
     publishes: [{topic: map, type: nav_msgs/OccupancyGrid, rate: 1}]
     subscribes: [{topic: /tf, type: tf2_msgs/TFMessage}]
+    provides: [{name: explore, type: explore_msgs/action/Explore}]
 """
 
 
@@ -61,14 +63,16 @@ JOYSTICK = NodeSeen(
     {"/koala/cmd_vel": "geometry_msgs/Twist", "/k_3/cmd_vel": "geometry_msgs/Twist"}, {}, {}, None,
 )  # fmt: skip
 SCAN, GRID, TF = "sensor_msgs/LaserScan", "nav_msgs/OccupancyGrid", "tf2_msgs/TFMessage"
+EXPLORE = "explore_msgs/action/Explore"
 MEASURED = TopicSeen(20, 10.0, 2.0, SCAN, "", 0.1)
 WANDER = replace(
     JOYSTICK, uri="http://10.0.0.2:4001/", publishes={"/k_3/laser": "sensor_msgs/LaserScan"},
     subscribes={"/k_3/odom": "nav_msgs/Odometry"}, topics={"/k_3/laser": MEASURED},
+    provides={"/k_3/wander/look": ""},
 )  # fmt: skip
 GMAPPING = replace(
     JOYSTICK, publishes={"/map": GRID}, subscribes={"/tf": TF},
-    topics={"/map": TopicSeen(3, 1.0, 2.5, GRID, "", 0.5)},
+    topics={"/map": TopicSeen(3, 1.0, 2.5, GRID, "", 0.5)}, provides={"/explore": EXPLORE},
 )  # fmt: skip
 MAPPING = LaunchedSeen({"/slam": GMAPPING}, ("/slam",), {}, "")
 MAP = "swarm-prog.map.service"
@@ -120,7 +124,8 @@ def test_the_nodes_of_programs_are_probed(graph: ExpectedGraph) -> None:
 def test_topics_with_a_rate_are_measured(graph: ExpectedGraph) -> None:
     laptop, pi = (request(graph, host, 2.0) for host in graph.hosts)
     assert {one["name"]: one["topics"] for one in pi["nodes"]}["/k_3/wander"] == {"/k_3/laser": 2.0}
-    assert laptop["launched"][MAP] == {"/map": 2.5, "/tf": 0.0}
+    assert laptop["launched"][MAP] == {"/map": 2.5, "/tf": 0.0, "/explore": 0.0}
+    assert (laptop["provides"], pi["provides"]) == (["/explore"], ["/k_3/wander/look"])
 
 
 @pytest.mark.parametrize(
@@ -133,6 +138,9 @@ def test_topics_with_a_rate_are_measured(graph: ExpectedGraph) -> None:
         ("wander", replace(WANDER, publishes={"/k_3/laser": "std_msgs/String"}), State.BAD,
          "has type std_msgs/String instead of sensor_msgs/LaserScan"),
         ("wander", replace(WANDER, subscribes={}), State.WARNING, "does not subscribe to /k_3/odom"),
+        ("wander", replace(WANDER, provides={}), State.BAD, "does not provide /k_3/wander/look"),
+        ("wander", replace(WANDER, provides={"/k_3/wander/look": "std_srvs/srv/Empty"}), State.BAD,
+         "has type std_srvs/srv/Empty instead of std_srvs/srv/Trigger"),
     ],
 )  # fmt: skip
 def test_a_problem_of_a_node_is_reported(
@@ -261,6 +269,8 @@ def test_the_topic_of_a_launch_file_is_measured(graph: ExpectedGraph) -> None:
          "/map has type tf2_msgs/TFMessage instead of nav_msgs/OccupancyGrid"),
         (replace(MAPPING, nodes={"/slam": replace(GMAPPING, subscribes={})}), State.WARNING,
          "none of its nodes subscribes to /tf"),
+        (replace(MAPPING, nodes={"/slam": replace(GMAPPING, provides={})}), State.BAD,
+         "none of its nodes provides /explore"),
         (replace(MAPPING, error="no answer within 2 s"), State.UNKNOWN, "were not found: no answer"),
         (replace(MAPPING, started=("/slam", "/a_script")), State.OK, "runs"),
     ],

@@ -10,7 +10,7 @@ import shlex
 import tarfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pytest
@@ -249,6 +249,28 @@ def test_a_node_that_should_not_is_found(hosts: Hosts, what: str) -> None:
     finally:
         hosts.stop(host, "other")
     wait_for(lambda: not hosts.wrong(), complaint="it stays")
+
+
+@in_a_lab
+@pytest.mark.parametrize(
+    ("service", "kind", "wanted"),
+    [
+        ("/k3/driver/get_parameters", "rcl_interfaces/srv/GetParameters", {}),
+        ("/k3/dock", "own_msgs/srv/Dock", {"driver k3": "/k3/driver does not provide /k3/dock"}),
+        (
+            "/k3/driver/get_parameters",
+            "own_msgs/srv/Get",
+            {"driver k3": "as rcl_interfaces/srv/GetParameters instead of own_msgs/srv/Get"},
+        ),
+    ],
+)
+def test_a_service_that_the_spec_declares_is_looked_for(
+    hosts: Hosts, service: str, kind: str, wanted: Mapping[str, str]
+) -> None:
+    alpha, beta = hosts.graph.hosts
+    robots = tuple(replace(one, provides=((service, kind),)) for one in beta.robots)
+    declared = replace(hosts, graph=replace(hosts.graph, hosts=(alpha, replace(beta, robots=robots))))
+    wait_for(lambda: found(declared, wanted), complaint=f"not found: {wanted}")
 
 
 @in_a_lab

@@ -17,6 +17,7 @@ TABLE = {
         ("the node of a driver is not registered, or does not answer", "unhealthy"),
         ("it advertises another address than that of its host", "unhealthy"),
         ("it does not subscribe to its command topic, or with another type", "unhealthy"),
+        ("it lacks a declared service or action, or its type differs", "unhealthy"),
         ("a second process has its name", "a warning, with the command that ends it"),
         *launched_nodes.TABLE,
     )
@@ -75,12 +76,8 @@ def verdict(
     if other := moved(host, seen):
         hint = "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit"
         return bad(f"{robot.node} {other}", hint if host.master_uri else restart)
-    command, wanted = robot.takes
-    if command and command not in seen.subscribes:
-        lost = "commands are lost" if robot.gate is None else "no command that passes the gate reaches it"
-        return bad(f"{robot.node} does not subscribe to {command}: {lost}", restart)
-    if command and (kind := seen.subscribes[command]) not in (wanted, "*"):
-        return bad(f"{robot.node} subscribes to {command} as {kind} instead of {wanted}")
+    if wrong := _wrong(robot, seen, restart):
+        return wrong
     own = process.pid if process is not None and robot.guarded else 0
     if own and seen.pid and own != seen.pid:
         text = f"{robot.node} is process {seen.pid}, but its unit runs {own}: a second driver has its name"
@@ -90,9 +87,25 @@ def verdict(
     return ok(f"{robot.node} runs")
 
 
+def _wrong(robot: ExpectedRobot, seen: NodeSeen, restart: str) -> Verdict | None:
+    """What the driver's node lacks of its command topic, its services and its actions."""
+    command, wanted = robot.takes
+    if command and command not in seen.subscribes:
+        lost = "commands are lost" if robot.gate is None else "no command that passes the gate reaches it"
+        return bad(f"{robot.node} does not subscribe to {command}: {lost}", restart)
+    if command and (kind := seen.subscribes[command]) not in (wanted, "*"):
+        return bad(f"{robot.node} subscribes to {command} as {kind} instead of {wanted}")
+    for name, kind in robot.provides:
+        if (known := seen.provides.get(name)) not in (kind, ""):
+            other = f"provides {name} as {known} instead of {kind}" if known else f"does not provide {name}"
+            return bad(f"{robot.node} {other}", restart)
+    return None
+
+
 def launched(robot: ExpectedRobot, host: ExpectedHost, seen: LaunchedSeen | None) -> Verdict:
     """Checks the nodes of a robot's driver that is a launch file."""
     commands = (robot.takes,) if robot.command else ()
-    found = launched_nodes.problem(LaunchedDriver(robot.unit, subscribes=commands), host, seen)
+    expected = LaunchedDriver(robot.unit, subscribes=commands, provides=robot.provides)
+    found = launched_nodes.problem(expected, host, seen)
     started = () if seen is None else seen.started
     return found or ok(f"{', '.join(started)} runs" if started else "its launch file runs")

@@ -1,4 +1,4 @@
-"""Programs: the unit, the image, the nodes, the topics they publish and subscribe. Pure."""
+"""Programs: the unit, the image, the nodes, their topics, services and actions. Pure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ TABLE = {
         ("its host lacks its ROS packages, and it may be skipped", "skipped, with the install command"),
         ("the image of its container is not on the host, or built for another machine", "unhealthy"),
         ("its node is not registered, does not answer, or advertises another address", "unhealthy"),
-        ("its node lacks a declared topic, or its type differs", "unhealthy; for `subscribes`, a warning"),
+        (
+            "its node lacks a declared topic, service or action, or its type differs",
+            "unhealthy; for `subscribes`, a warning",
+        ),
         *launched_nodes.TABLE,
         ("`teleop-joy` waits for its gamepad, or for the dead-man button to be let go", "a warning"),
     )
@@ -115,12 +118,13 @@ def _skipped(program: ExpectedProgram) -> Verdict:
 
 
 def _wrong(program: ExpectedProgram, node: NodeSeen) -> Verdict | None:
-    """A topic of the spec that the node lacks, or has with another type."""
+    """A topic or a service of the spec that the node lacks, or has with another type."""
     hint = "correct the spec, or remap the program's names"
     for topics, seen, verb, state in (
         (program.publishes, node.publishes, "publish", State.BAD),
         # Many nodes subscribe only while their own output has subscribers.
         (program.subscribes, node.subscribes, "subscribe to", State.WARNING),
+        (program.provides, node.provides, "provide", State.BAD),
     ):
         for topic, kind in topics:
             known = seen.get(topic)

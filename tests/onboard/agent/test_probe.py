@@ -109,10 +109,10 @@ def probed(master: str, **other: Any) -> dict[str, Any]:
     request = {
         "swarm": "test", "module": "swarm_onboard.ros1_probe.observe",
         "units": ["swarm-test.k3.service"], "master": master, "commands": ["/k3/cmd_vel"],
-        "command_types": [], "publishers": {}, "peers": [], "inputs": [], "pings": {},
+        "command_types": [], "publishers": {}, "peers": [], "inputs": [], "provides": [],
         "nodes": [{"name": "/k3/driver", "topics": TOPICS}], "devices": ["/dev/null", "/dev/swarm/none"],
         "graph": None, "launched": {}, "images": {}, "advertised": "127.0.0.1", "restart_window": 600.0,
-        "checks": ["memory"], "clock": None, "requires": [],
+        "checks": ["memory"], "clock": None, "requires": [], "pings": {},
     }  # fmt: skip
     answer = probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
     assert mismatch(json.loads(json.dumps(answer)), ProbeAnswer) == "", "whatever nodes and masters say"

@@ -124,12 +124,13 @@ def publishing(kind: str, rate: float, body: bytes = b"x" * 64) -> Callable[[soc
 
 @dataclass
 class FakeRos:
-    """A master's memory: who is registered where, who publishes what."""
+    """A master's memory: who is registered where, who publishes, subscribes and provides what."""
 
     nodes: dict[str, str] = field(default_factory=dict)
     publishers: dict[str, list[str]] = field(default_factory=dict)
     subscribers: dict[str, list[str]] = field(default_factory=dict)
     types: dict[str, str] = field(default_factory=dict)
+    services: dict[str, list[str]] = field(default_factory=dict)
     calls: list[str] = field(default_factory=list)
     parameters: dict[str, Any] = field(default_factory=dict)
 
@@ -143,8 +144,8 @@ class FakeRos:
             return [-1, f"Parameter [{name}] is not set", 0] if value is None else [1, "", value]
 
         def state(caller: str) -> list[Any]:
-            sides = (self.publishers, self.subscribers)
-            return [1, "", [*([list(pair) for pair in side.items()] for side in sides), []]]
+            sides = (self.publishers, self.subscribers, self.services)
+            return [1, "", [[list(pair) for pair in side.items()] for side in sides]]
 
         return {
             "getPid": self._noted("getPid", lambda caller: [1, "", 4711]),

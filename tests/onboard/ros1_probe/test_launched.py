@@ -26,6 +26,7 @@ from tests.onboard.ros1_probe.ros_fakes import FakeRos, peer, publishing, served
 
 UNIT = "swarm-test.map.service"
 SCAN = "sensor_msgs/LaserScan"
+WANTED = {"/lab/scan": 0.5, "/tf": 0.0}  # s to listen to each topic
 ROSLAUNCH = textwrap.dedent("""\
     import sys, xmlrpc.server
     server = xmlrpc.server.SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False)
@@ -52,16 +53,21 @@ def graph() -> Iterator[str]:
     """A master that knows two nodes on loopback, one of which publishes /lab/scan at 20 Hz; its URI."""
     with ExitStack() as stack:
         port = stack.enter_context(peer(publishing(SCAN, 20.0)))
-        scan = stack.enter_context(served(slave({"/lab/scan": port}, {"/lab/scan": SCAN, "/tf": "x/Y"})))
+        takes = {"/lab/move/goal": "move_base_msgs/MoveBaseActionGoal"}
+        kinds = {"/lab/scan": SCAN, "/tf": "x/Y"}
+        scan = stack.enter_context(served(slave({"/lab/scan": port}, kinds, takes)))
         ros = FakeRos(
             {"/lab/scan": scan, "/away": "http://10.9.9.9:1/"},
             {"/lab/scan": ["/lab/scan", "/away"]},
-            {"/tf": ["/away"]},
+            {"/tf": ["/away"], "/lab/move/goal": ["/lab/scan"]},
+            services={"/lab/save": ["/lab/scan"], "/lab/load": ["/away"]},
         )
         yield stack.enter_context(served(ros.functions()))
 
 
-def probed(master: str, pid: int, monkeypatch: pytest.MonkeyPatch, lines: Any = ()) -> dict[str, Any]:
+def probed(
+    master: str, pid: int, monkeypatch: pytest.MonkeyPatch, lines: Any = (), wanted: Any = WANTED
+) -> dict[str, Any]:
     """What the probe finds of one unit; ``pid``: its roslaunch, or 0. ``lines``: of its log, or an error."""
 
     def messages(unit: str, since: float, number: int = 0) -> Any:
@@ -80,8 +86,8 @@ def probed(master: str, pid: int, monkeypatch: pytest.MonkeyPatch, lines: Any = 
     }
     request = {
         "master": master, "nodes": [], "commands": [], "command_types": [], "publishers": {}, "peers": [],
-        "inputs": [], "graph": None, "clock": None,
-        "advertised": "127.0.0.1", "launched": {UNIT: {"/lab/scan": 0.5, "/tf": 0.0}},
+        "inputs": [], "graph": None, "clock": None, "provides": ["/lab/save", "/lab/load", "/lab/move"],
+        "advertised": "127.0.0.1", "launched": {UNIT: wanted},
     }  # fmt: skip
     observe.observe(request, answer)  # type: ignore[arg-type]
     assert mismatch(answer, GraphAnswer) == ""
@@ -107,6 +113,16 @@ def test_other_programs_are_found_by_their_topics(graph: str, monkeypatch: pytes
     found = probed(graph, 0, monkeypatch)["launched"][UNIT]
     assert list(found["nodes"]) == ["/lab/scan"]
     assert found["starts"] == {}
+
+
+@pytest.mark.parametrize("name", ["/lab/save", "/lab/move"])
+def test_they_are_found_by_a_service_or_an_action_too(
+    name: str, graph: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The master does not have the type of a service."""
+    [(node, found)] = probed(graph, 0, monkeypatch, wanted={name: 0.0})["launched"][UNIT]["nodes"].items()
+    assert node == "/lab/scan"
+    assert found["provides"] == {"/lab/save": "", "/lab/move": "move_base_msgs/action/MoveBase"}
 
 
 def test_a_roslaunch_that_is_gone_costs_its_unit_only(graph: str, monkeypatch: pytest.MonkeyPatch) -> None:

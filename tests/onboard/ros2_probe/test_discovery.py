@@ -18,23 +18,26 @@ GATE, ROBOT, UNIT = "/tb/gate/node", "/turtlebot4", "swarm-new.tb.service"
 DRIVEN, ODOM = "/tb/gate/cmd_vel", "/tb/odom"
 PUBLISHERS = (end(GATE, DRIVEN, TWIST), end(ROBOT, ODOM))
 SUBSCRIPTIONS = (end(GATE, "/tb/cmd_vel", TWIST), end(ROBOT, DRIVEN, TWIST))
+DOCKS = {ROBOT: {"/tb/dock": "irobot_create_msgs/action/Dock"}}
 WANTED = request(
     nodes=[{"name": GATE, "topics": {}}],
     launched={UNIT: {ODOM: 0.0}},
     commands=[DRIVEN],
     publishers={},
+    provides=["/tb/dock"],
     expected={
-        GATE: {"publishes": [DRIVEN], "subscribes": ["/tb/cmd_vel"]},
-        UNIT: {"publishes": [ODOM], "subscribes": [DRIVEN]},
+        GATE: {"publishes": [DRIVEN], "subscribes": ["/tb/cmd_vel"], "provides": []},
+        UNIT: {"publishes": [ODOM], "subscribes": [DRIVEN], "provides": ["/tb/dock"]},
     },
 )
 
 
-def graph(*without: Endpoint, more: int = 0) -> Graph:
+def graph(*without: Endpoint, more: int = 0, services: Any = DOCKS) -> Graph:
     """A healthy graph without some endpoints, with ``more`` nodes of others."""
     publishers = [one for one in PUBLISHERS if one not in without]
     subscriptions = [one for one in SUBSCRIPTIONS if one not in without]
-    return Graph([GATE, ROBOT, *(f"/other_{number}" for number in range(more))], publishers, subscriptions)
+    nodes = [GATE, ROBOT, *(f"/other_{number}" for number in range(more))]
+    return Graph(nodes, publishers, subscriptions, services=services)
 
 
 @pytest.fixture
@@ -51,7 +54,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[GraphAnswer, fl
             now[0] += 0.05
 
         monkeypatch.setattr(look, "time", SimpleNamespace(monotonic=lambda: now[0]))
-        monkeypatch.setattr(look, "graph_of", lambda _: at(now[0]))
+        monkeypatch.setattr(look, "graph_of", lambda _, *, services: at(now[0]))
         return look._looked(wanted, None, turn), now[0]
 
     return looked
@@ -61,6 +64,20 @@ def test_two_probes_with_the_same_pid_have_different_names(monkeypatch: pytest.M
     """The GID of the probe's own host is found by its name."""
     monkeypatch.setattr(look.os, "getpid", lambda: 444)
     assert look._own_name() != look._own_name()
+
+
+def test_an_action_is_known_by_the_service_of_its_goals() -> None:
+    """As rclpy lists the services of an action server, and of parameters."""
+    listed = [
+        ("/tb/dock/_action/cancel_goal", ["action_msgs/srv/CancelGoal"]),
+        ("/tb/dock/_action/get_result", ["irobot_create_msgs/action/Dock_GetResult"]),
+        ("/tb/dock/_action/send_goal", ["irobot_create_msgs/action/Dock_SendGoal"]),
+        ("/tb/get_parameters", ["rcl_interfaces/srv/GetParameters"]),
+    ]
+    node = SimpleNamespace(get_service_names_and_types_by_node=lambda name, space: listed)
+    seen = dict(look._services(node, "tb", "/"))
+    assert seen["/tb/dock"] == "irobot_create_msgs/action/Dock"
+    assert seen["/tb/get_parameters"] == "rcl_interfaces/srv/GetParameters"
 
 
 def test_a_whole_graph_is_not_waited_for(seen: Any) -> None:
@@ -100,6 +117,16 @@ def test_what_is_still_missing_in_a_quiet_graph_is_reported(seen: Any) -> None:
     assert answer["receivers"][DRIVEN] == []
     assert not answer["incomplete"]
     assert took == pytest.approx(10.0, abs=0.5)
+
+
+def test_a_service_is_waited_for_until_the_graph_is_quiet(seen: Any) -> None:
+    answer, took = seen(lambda now: graph(services=DOCKS if now > 3 else {}))
+    assert took == pytest.approx(3.5, abs=0.5)
+    [driver] = answer["launched"][UNIT]["nodes"].values()
+    assert driver["provides"] == DOCKS[ROBOT]
+    answer, _ = seen(lambda _: graph(services={ROBOT: {"/tb/undock": "irobot_create_msgs/action/Undock"}}))
+    [driver] = answer["launched"][UNIT]["nodes"].values()
+    assert (driver["provides"], answer["incomplete"]) == ({}, False)
 
 
 def test_an_expected_node_that_is_dead_is_reported(seen: Any) -> None:

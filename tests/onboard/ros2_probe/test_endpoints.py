@@ -22,6 +22,7 @@ def request(**changes: Any) -> Any:
     return {
         "nodes": [{"name": "/k3/driver", "topics": {"/k3/odom": 2.0}}],
         "peers": [],
+        "provides": [],
         "expected": {},
         "launched": {},
         "commands": ["/k3/cmd_vel"],

@@ -28,10 +28,13 @@ class GraphRequest(TypedDict):
 
 
 class EndsRequest(TypedDict):
-    """The topics that a node, or some node of a unit, publishes and subscribes to."""
+    """The topics that a node, or some node of a unit, publishes and subscribes to, and the services and
+    actions that it provides.
+    """
 
     publishes: list[str]
     subscribes: list[str]
+    provides: list[str]
 
 
 class ImageRequest(TypedDict):
@@ -62,8 +65,9 @@ class ProbeRequest(TypedDict):
     island, the address at which it should be, empty but on the hub; ``peers``: nodes on other hosts to which
     the master here connects; ``expected``: by node, or by unit whose nodes have no known names, what is
     waited for where nodes find each other without a master; ``inputs``: topics to whose publishers nodes of
-    this one connect; ``graph``: null on one island; ``launched``: units whose nodes are to be found, each
-    with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs of this
+    this one connect; ``provides``: services and actions that nodes of this host should have; ``graph``: null
+    on one island; ``launched``: units whose nodes are to be found, each with what these have, and the seconds
+    to listen to that (0: not at all); ``advertised``: the host in the URIs of this
     host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by unit;
     ``checks``: modules of swarm_onboard.host_checks; ``clock``: s to listen to the clock of simulated time, 0
     where time is not simulated, null where the host runs no master; ``pings``: addresses of other hosts, with
@@ -84,6 +88,7 @@ class ProbeRequest(TypedDict):
     peers: list[str]
     expected: dict[str, EndsRequest]
     inputs: list[str]
+    provides: list[str]
     devices: list[str]
     launched: dict[str, dict[str, float]]
     advertised: str
@@ -132,7 +137,8 @@ class StatusAnswer(TypedDict):
 class NodeAnswer(TypedDict, total=False):
     """A node. ``registered``: the graph has it; ``alive``: it answers; null is unknown.
 
-    ``publishes`` and ``subscribes``: type by topic; ``topics``: those of the request; ``uri``: with the host
+    ``publishes`` and ``subscribes``: type by topic; ``provides``: type by service or action of the request,
+    empty if unknown; ``topics``: those of the request; ``uri``: with the host
     that it advertises, missing if nodes advertise none; ``parameters``: what of them is not as in the
     request, in words.
     """
@@ -144,6 +150,7 @@ class NodeAnswer(TypedDict, total=False):
     pid: int
     publishes: dict[str, str]
     subscribes: dict[str, str]
+    provides: dict[str, str]
     topics: dict[str, TopicAnswer]
     reports: list[StatusAnswer]
     parameters: list[str]

@@ -71,6 +71,15 @@ async def system_state(uri: str) -> tuple[dict[str, list[str]], dict[str, list[s
         raise PeerError("the master's system state makes no sense") from None
 
 
+async def providers(uri: str) -> dict[str, list[str]]:
+    """The nodes that provide each service at a master. Raises ``PeerError``."""
+    state = await call(uri, "getSystemState", seconds=3 * CALL_SECONDS)
+    try:
+        return _by_topic(state[2])
+    except (TypeError, ValueError, LookupError):
+        raise PeerError("the master's system state makes no sense") from None
+
+
 def _by_topic(pairs: Any) -> dict[str, list[str]]:
     return {str(topic): [clipped(node) for node in sorted(nodes)] for topic, nodes in pairs}
 

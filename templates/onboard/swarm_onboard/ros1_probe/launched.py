@@ -1,7 +1,7 @@
 """The nodes of units whose names the operator does not know: those of launch files and of foreign programs.
 
-roslaunch itself reports its nodes, dead ones too (roslaunch/server.py: ``list_processes``). For topics that
-none of these has, as in a program without roslaunch, the nodes on this host that have them count.
+roslaunch itself reports its nodes, dead ones too (roslaunch/server.py: ``list_processes``). For topics and
+services that none of these has, as in a program without roslaunch, the nodes of this host with them count.
 """
 
 from __future__ import annotations
@@ -53,12 +53,16 @@ def _is_roslaunch(words: Iterable[str]) -> bool:
     return any(PurePath(word).name == "roslaunch" for word in list(words)[:2])
 
 
-async def look(request: ProbeRequest, answer: GraphAnswer, found: Running) -> None:
+async def look(
+    request: ProbeRequest, answer: GraphAnswer, found: Running, providers: nodes.Providers
+) -> None:
     """Adds the nodes of each unit. One that is not found does not affect the others."""
-    await asyncio.gather(*(_unit(request, answer, unit, pid) for unit, pid in found.items()))
+    await asyncio.gather(*(_unit(request, answer, unit, pid, providers) for unit, pid in found.items()))
 
 
-async def _unit(request: ProbeRequest, answer: GraphAnswer, unit: str, pid: int) -> None:
+async def _unit(
+    request: ProbeRequest, answer: GraphAnswer, unit: str, pid: int, providers: nodes.Providers
+) -> None:
     entry: LaunchedAnswer = {"nodes": {}, "starts": {}, "ended": {}, "error": ""}
     answer["launched"][unit] = entry
     topics = request["launched"][unit]
@@ -66,25 +70,31 @@ async def _unit(request: ProbeRequest, answer: GraphAnswer, unit: str, pid: int)
         if pid:
             entry["starts"], dead = await _by_roslaunch(pid)
             entry["ended"] = {one: {"exit": "", "lasted": None} for one in dead if one not in entry["starts"]}
-            await _look(request, topics, list(entry["starts"]), entry)
-        had = {topic for one in entry["nodes"].values() for topic in _topics(one)}
-        if set(topics) - had:
-            await _look(request, topics, await _by_topics(request, set(topics) - had), entry)
+            await _look(request, topics, list(entry["starts"]), entry, providers)
+        lacking = set(topics) - {name for one in entry["nodes"].values() for name in _names(one)}
+        if lacking:
+            names = await _by_names(request, lacking, providers)
+            await _look(request, topics, names, entry, providers)
     except (PeerError, OSError) as error:
         entry["error"] = clipped(error)
 
 
-def _topics(node: NodeAnswer) -> list[str]:
-    return [*node.get("publishes", {}), *node.get("subscribes", {})]
+def _names(node: NodeAnswer) -> list[str]:
+    return [*node.get("publishes", {}), *node.get("subscribes", {}), *node.get("provides", {})]
 
 
 async def _look(
-    request: ProbeRequest, topics: Mapping[str, float], names: Sequence[str], entry: LaunchedAnswer
+    request: ProbeRequest,
+    topics: Mapping[str, float],
+    names: Sequence[str],
+    entry: LaunchedAnswer,
+    providers: nodes.Providers,
 ) -> None:
     listening = {topic: seconds for topic, seconds in topics.items() if seconds > 0}
     requests: list[NodeRequest] = [{"name": name, "topics": listening} for name in names[:_MOST_NODES]]
     master = request["master"]
-    await asyncio.gather(*(nodes.look(master, one, entry["nodes"], published_only=True) for one in requests))
+    works = (nodes.look(master, one, entry["nodes"], providers, published_only=True) for one in requests)
+    await asyncio.gather(*works)
 
 
 async def _by_roslaunch(pid: int) -> tuple[dict[str, int], dict[str, int]]:
@@ -106,10 +116,11 @@ def _starts(entries: Any) -> dict[str, int]:
     return {clipped(f"/{match.group(1)}"): starts for match, starts in matches if match}
 
 
-async def _by_topics(request: ProbeRequest, wanted: AbstractSet[str]) -> list[str]:
-    """The nodes that advertise this host and publish or subscribe one of the topics ``wanted``."""
-    sides = await client.system_state(request["master"])
-    found = (side.get(topic, [])[:_MOST_PUBLISHERS] for side in sides for topic in sorted(wanted))
+async def _by_names(request: ProbeRequest, wanted: AbstractSet[str], providers: nodes.Providers) -> list[str]:
+    """The nodes that advertise this host and have one of the topics and services ``wanted``."""
+    sides = (*await client.system_state(request["master"]), providers)
+    wanted = {*wanted, *map(nodes.goals_of, wanted)}
+    found = (side.get(name, ())[:_MOST_PUBLISHERS] for side in sides for name in sorted(wanted))
     names = list(dict.fromkeys(name for names in found for name in names))
     places = await asyncio.gather(*(_place(request["master"], name) for name in names))
     own = str(request["advertised"]).lower()

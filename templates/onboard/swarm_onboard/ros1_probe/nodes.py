@@ -1,10 +1,10 @@
-"""A node of a ROS 1 graph: whether it is registered and answers, its topics and their rates."""
+"""A node of a ROS 1 graph: whether it is registered and answers, its services, its topics and their rates."""
 
 from __future__ import annotations
 
 import asyncio
 import time
-from typing import TYPE_CHECKING, Any, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence
 
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.common.xmlrpc import PeerError
@@ -13,18 +13,27 @@ from swarm_onboard.ros1_probe import client
 if TYPE_CHECKING:
     from swarm_onboard.agent.probe_messages import NodeAnswer, NodeRequest, TopicAnswer
 
+Providers = Mapping[str, Sequence[str]]  # the nodes that provide each service
+
 LONGEST_LISTENING = 15.0  # s for one topic
 _MOST_TOPICS = 20  # of one node
 _MOST_PARAMETERS = 20  # of one node, in words
 _DIAGNOSTICS = "/diagnostics"
+_GOALS, _GOAL = "/goal", "ActionGoal"  # how the topic with the goals of an action ends, and its type
 
 
 async def look(
-    master_uri: str, request: NodeRequest, answers: dict[str, NodeAnswer], *, published_only: bool = False
+    master_uri: str,
+    request: NodeRequest,
+    answers: dict[str, NodeAnswer],
+    providers: Providers,
+    *,
+    published_only: bool = False,
 ) -> None:
-    """Adds one node: whether it is registered and alive, its topics, and their rates.
+    """Adds one node: whether it is registered and alive, its services and topics, and the rates of these.
 
-    ``published_only``: leave out those topics of ``request`` that it does not publish.
+    ``published_only``: leave out those topics of ``request`` that
+    it does not publish.
     """
     name = str(request["name"])
     found: NodeAnswer = {"registered": None, "alive": None, "error": "", "topics": {}}
@@ -38,6 +47,7 @@ async def look(
         found["error"] = str(error)
         return
     found.update({"registered": True, "uri": clipped(uri)})
+    found["provides"] = {service: "" for service, nodes in providers.items() if name in nodes}
     try:
         pid, publications, subscriptions = await asyncio.gather(
             client.call(uri, "getPid"),
@@ -46,12 +56,26 @@ async def look(
         )
         found.update({"pid": process_of(pid), "alive": True})
         found.update({"publishes": types_of(publications), "subscribes": types_of(subscriptions)})
+        found["provides"].update(_actions(found["subscribes"]))
     except PeerError as error:
         found.update({"alive": False, "error": str(error)})
         return
     wanted = [one for one in request["topics"].items() if not published_only or one[0] in found["publishes"]]
     topics = (_topic(uri, topic, seconds_of(listening), found) for topic, listening in wanted[:_MOST_TOPICS])
     await asyncio.gather(_parameters(master_uri, request, found), *topics)
+
+
+def goals_of(action: str) -> str:
+    """The topic with the goals of an action."""
+    return f"{action}{_GOALS}"
+
+
+def _actions(subscribes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Yields the actions of a node with their types: each has a topic for its goals."""
+    for topic, kind in subscribes.items():
+        if topic.endswith(_GOALS) and kind.endswith(_GOAL):
+            package, _, name = kind[: -len(_GOAL)].partition("/")
+            yield topic[: -len(_GOALS)], f"{package}/action/{name}"
 
 
 async def _parameters(master_uri: str, request: NodeRequest, node: NodeAnswer) -> None:

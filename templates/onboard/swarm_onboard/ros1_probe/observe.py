@@ -60,7 +60,8 @@ async def _master_and_nodes(request: ProbeRequest, answer: GraphAnswer, running:
     answer["master"] = await master(uri)
     if not answer["master"]["reachable"]:
         return
-    works = [nodes.look(uri, one, answer["nodes"]) for one in request["nodes"][:_MOST_NODES]]
+    providers = await _providers(uri, request["provides"], answer)
+    works = [nodes.look(uri, one, answer["nodes"], providers) for one in request["nodes"][:_MOST_NODES]]
     if request["commands"]:
         works.append(
             _commanders(uri, request["commands"], request["command_types"], request["publishers"], answer)
@@ -71,8 +72,18 @@ async def _master_and_nodes(request: ProbeRequest, answer: GraphAnswer, running:
         works.append(_graph(uri, bridged, answer))
     if request["clock"] is not None:
         works.append(simulated_time.look(uri, request["clock"], answer))
-    works.append(launched.look(request, answer, running))
+    works.append(launched.look(request, answer, running, providers))
     await asyncio.gather(*works)
+
+
+async def _providers(uri: str, services: Sequence[str], answer: GraphAnswer) -> nodes.Providers:
+    """The nodes that provide each of ``services``, as the master has them."""
+    try:
+        found = await client.providers(uri) if services else {}
+    except PeerError as error:
+        answer["troubles"]["ros"] = str(error)
+        return {}
+    return {one: found.get(one, []) for one in services}
 
 
 async def master(uri: str) -> MasterAnswer:

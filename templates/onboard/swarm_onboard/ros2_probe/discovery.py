@@ -60,7 +60,7 @@ def _contents(graph: Graph) -> object:
 
 
 def _missing(graph: Graph, request: ProbeRequest) -> Iterator[str]:
-    """Yields the expected nodes, and units of nodes, that the graph lacks or has without a topic."""
+    """Yields the expected nodes, and units of nodes, that the graph lacks, or a topic or service of them."""
     nodes = set(graph.nodes)
     named = {*(one["name"] for one in request["nodes"]), *request["peers"]}
     publishing, subscribing = (
@@ -71,5 +71,7 @@ def _missing(graph: Graph, request: ProbeRequest) -> Iterator[str]:
         node = one if one.startswith("/") else ""
         ends = {(node, topic) for topic in wanted["publishes"]} - publishing
         ends |= {(node, topic) for topic in wanted["subscribes"]} - subscribing
-        if ends or (node and node not in nodes):
+        services = (graph.services.get(name, {}) for name in ([node] if node else nodes - named))
+        lacks = set(wanted["provides"]) - {name for of_node in services for name in of_node}
+        if ends or lacks or (node and node not in nodes):
             yield one

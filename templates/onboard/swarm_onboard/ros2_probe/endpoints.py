@@ -46,6 +46,7 @@ class Endpoint:
 class Graph:
     """``nodes``: full names, each as often as the graph has it. ``own_gid``: of an endpoint of this process.
 
+    ``services``: type by name, by node, of services and actions.
     ``incompatible`` returns which policies of a publisher and a subscription do not match, in words.
     """
 
@@ -54,6 +55,7 @@ class Graph:
     subscriptions: Sequence[Endpoint]
     own_gid: bytes = b""
     incompatible: Callable[[Any, Any], str] = field(default=lambda publisher, subscription: "")
+    services: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def publishing(self, topic: str) -> list[Endpoint]:
         """The publishers of a topic."""
@@ -84,7 +86,7 @@ def fill_in(answer: GraphAnswer, graph: Graph, request: ProbeRequest) -> None:
     """Adds all that needs no listening."""
     seen = set(graph.nodes)
     answer["seen"] = sum(not is_hidden(one) for one in graph.nodes)
-    answer["nodes"] = {one["name"]: _node(graph, one["name"]) for one in request["nodes"]}
+    answer["nodes"] = {one["name"]: _node(graph, one["name"], request) for one in request["nodes"]}
     answer["peers"] = {
         node: {"uri": "", "topics": [], "port": 0, "error": ""} for node in request["peers"] if node in seen
     }
@@ -112,7 +114,7 @@ def fill_in(answer: GraphAnswer, graph: Graph, request: ProbeRequest) -> None:
         }
 
 
-def _node(graph: Graph, name: str) -> NodeAnswer:
+def _node(graph: Graph, name: str, request: ProbeRequest) -> NodeAnswer:
     there = name in graph.nodes
     if not there:
         return {"registered": False, "alive": False, "error": "", "topics": {}}
@@ -122,6 +124,11 @@ def _node(graph: Graph, name: str) -> NodeAnswer:
         "error": "",
         "publishes": _types(graph.publishers, name),
         "subscribes": _types(graph.subscriptions, name),
+        "provides": {
+            service: clipped(kind)
+            for service, kind in graph.services.get(name, {}).items()
+            if service in request["provides"]
+        },
         "topics": {},
     }
 
@@ -134,12 +141,13 @@ def _types(endpoints: Sequence[Endpoint], node: str) -> dict[str, str]:
 def _launched(graph: Graph, topics: Mapping[str, float], request: ProbeRequest) -> LaunchedAnswer:
     """The nodes of a unit that names none: those of this host with its topics that the spec does not name."""
     named = {one["name"] for one in request["nodes"]}
+    here = [one for one in (*graph.publishers, *graph.subscriptions) if _is_of_this_host(one, graph)]
     names = dict.fromkeys(
         one.node
-        for one in (*graph.publishers, *graph.subscriptions)
-        if one.topic in topics and one.node not in named and _is_of_this_host(one, graph)
+        for one in here
+        if one.node not in named and (one.topic in topics or topics.keys() & graph.services.get(one.node, ()))
     )
-    nodes = {name: _node(graph, name) for name in names if name in graph.nodes}
+    nodes = {name: _node(graph, name, request) for name in names if name in graph.nodes}
     return {"nodes": nodes, "starts": {}, "ended": {}, "error": ""}
 
 

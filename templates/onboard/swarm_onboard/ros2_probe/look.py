@@ -8,7 +8,7 @@ import resource
 import sys
 import time
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Iterator
 
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.ros2_probe import discovery
@@ -26,6 +26,7 @@ _LATE = 2.0  # s until a new subscription receives, and of work after the listen
 _TURN = 0.05  # s of receiving between two looks at the clock
 _LOOK_EVERY = 0.25  # s
 _MOST_TOPICS = 2000
+_GOALS, _GOAL = "/_action/send_goal", "_SendGoal"  # how a service of an action ends, and its type
 _QUIETLY = ("--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--disable-external-lib-logs")
 
 
@@ -77,14 +78,15 @@ def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
     listening = Listening(request, node, _LONGEST_LISTENING, subscribe_with_sender)
     began = time.monotonic()
     end = began + longest(request)
-    looked, discovered, graph = 0.0, Discovery(request, began), graph_of(node)
+    provided = bool(request["provides"]) or any(one["provides"] for one in request["expected"].values())
+    looked, discovered, graph = 0.0, Discovery(request, began), graph_of(node, services=provided)
     while time.monotonic() < end:
         turn()
         now = time.monotonic()
         listening.end(now)
         if now < looked + _LOOK_EVERY:
             continue
-        looked, graph = now, graph_of(node)
+        looked, graph = now, graph_of(node, services=provided)
         listening.begin(graph, now)
         discovered.look(graph, now)
         if discovered.finished and not listening.running:
@@ -96,17 +98,14 @@ def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
     return answer
 
 
-def graph_of(node: Any) -> Graph:
-    """Returns the graph as ``node`` sees it, without nodes of this kind."""
+def graph_of(node: Any, *, services: bool) -> Graph:
+    """Returns the graph as ``node`` sees it, without nodes of this kind; with ``services`` if these count."""
     topics = [name for name, _ in node.get_topic_names_and_types()][:_MOST_TOPICS]
+    nodes = [one for one in node.get_node_names_and_namespaces() if not one[0].startswith(NAME)]
     own = node.get_publishers_info_by_topic("/parameter_events")
     mine = [bytes(one.endpoint_gid) for one in own if one.node_name == node.get_name()]
     return Graph(
-        nodes=[
-            full_name(space, name)
-            for name, space in node.get_node_names_and_namespaces()
-            if not name.startswith(NAME)
-        ],
+        nodes=[full_name(space, name) for name, space in nodes],
         publishers=[
             one for topic in topics for one in _ends(topic, node.get_publishers_info_by_topic(topic))
         ],
@@ -114,8 +113,24 @@ def graph_of(node: Any) -> Graph:
             one for topic in topics for one in _ends(topic, node.get_subscriptions_info_by_topic(topic))
         ],
         own_gid=mine[0] if mine else b"",
+        services={full_name(space, name): dict(_services(node, name, space)) for name, space in nodes}
+        if services
+        else {},
         incompatible=_incompatible,
     )
+
+
+def _services(node: Any, name: str, space: str) -> Iterator[tuple[str, str]]:
+    """Yields the services and actions of a node with their types; an action has three services."""
+    try:
+        found = node.get_service_names_and_types_by_node(name, space)
+    except Exception:  # noqa: BLE001  it has left meanwhile; the error differs from distribution to distribution
+        return
+    for service, (kind, *_) in found:
+        if service.endswith(_GOALS):
+            yield service[: -len(_GOALS)], kind[: -len(_GOAL)]
+        else:
+            yield service, kind
 
 
 def _ends(topic: str, infos: Any) -> list[Endpoint]:
