@@ -153,7 +153,7 @@ races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline, 50 of
 scorecard: $(VENV)/.dev lab-tools ## what a deploy promises under 61 faults: the table, with the tests that show it (needs root)
 	@$(BIN)/python -m tests.scorecard
 
-attacks: $(VENV)/.dev lab-tools ## 26 attacks on the example swarm from 6 positions, at each level of security: what succeeds (needs root)
+attacks: $(VENV)/.dev lab-tools ## 27 attacks on the example swarm from 6 positions, at each level of security: what succeeds (needs root)
 	@$(SUDO) $(BIN)/python -m tests.attacks
 
 power-tools:

@@ -11,11 +11,12 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from typing import Any
 
+from tests.attacks.intruder import ELSEWHERE
 from tests.attacks.positions import Position, printed
 from tests.attacks.table import Attack, Verdict, judged
 from tests.attacks.world import HOST, PROOF, ROBOT, Observer, World
 from tests.e2e.dead_man import Page, signalled
-from tests.e2e.lab_swarm import HOME, LEADER, SWARM, moves
+from tests.e2e.lab_swarm import HOME, LEADER, SOURCE, SWARM, moves
 from tests.e2e.ros_addresses import ros_addresses
 from tests.timing import PATIENCE, wait_for, withheld
 
@@ -31,6 +32,7 @@ ATTACKS = (
     Attack("squat_at_crash", "drive, at the master's port as it crashes", squats=True),
     Attack("squat_at_boot", "drive, at the master's port as its host boots", squats=True),
     Attack("squat_commander", "drive, at the port of a commander that was killed", squats=True),
+    Attack("squat_driver", "send odometry, at the port of a driver that was killed", squats=True),
     Attack("set_lights", "set the lights"),
     Attack("kick_out", "register the driver's name elsewhere", commanded=True),
     Attack("shut_down_driver", "shutdown at the driver", commanded=True),
@@ -52,7 +54,7 @@ _EQUAL = 0.02  # m
 _SPEED = 0.1  # m/s
 _AFTERWARDS = 1.0  # s for which a commander drives on after the attack
 _SOON = 10.0  # s within which a robot obeys a new commander, whose program starts meanwhile
-_MASTER = f"swarm-{SWARM}.master"
+_MASTER, _KOALA = f"swarm-{SWARM}.master", f"swarm-{SWARM}.koala"
 #: What frees the port of the master.
 _FREES = {
     "squat_at_restart": f"sudo systemctl restart --no-block {_MASTER}",
@@ -171,6 +173,7 @@ JUDGES: Mapping[str, Callable[[Scene], Verdict]] = {
     "unregister_odometry": _lost_odometry,
     "unregister_commander": _lost_commander,
     "flood_master": _shut_out,
+    "squat_driver": lambda scene: _whether(scene.read == ELSEWHERE),
     "log_in": lambda scene: _whether(scene.logged_in),
     "tamper": lambda scene: _whether(scene.files_changed),
     "hold_lock": lambda scene: _whether(not scene.lock_was_free),
@@ -213,6 +216,7 @@ def _facts(observer: Observer, world: World, topics: int) -> Mapping[str, Any]:
         "leader": hosts[LEADER],
         "commander": "/koala/driver",
         "commanders": world.graph["commanders"],
+        "squatted": world.graph["squatted"],
         "light": 1 - world.robot["lights"]["led0"],
         "home": HOME,
         "proof": PROOF,
@@ -264,6 +268,8 @@ def _squats(observer: Observer, attack: Attack, position: Position) -> Scene:
         process = open_.enter_context(position.begin(swarm, attack.call, facts))
         assert process.stdout is not None
         first = process.stdout.readline()
+        if attack.call == "squat_driver":
+            return Scene(before, observer.look(), {"read": _received(swarm)})
         if attack.call == "squat_commander":
             commander.kill()
             swarm.shell(HOST, f"sudo systemctl restart swarm-{SWARM}.{ROBOT}")
@@ -271,6 +277,17 @@ def _squats(observer: Observer, attack: Attack, position: Position) -> Scene:
             swarm.shell(LEADER, _FREES[attack.call])
         found = _end(process, first)
         return Scene(before, observer.look(), found)
+
+
+def _received(swarm: LabSwarm) -> float | None:
+    """Where the Koala is for another host, after its driver was killed; None if nobody sends that."""
+    swarm.shell(LEADER, f"sudo systemctl kill --signal=KILL {_KOALA}; sudo systemctl stop {_KOALA}")
+    try:
+        listen = "timeout 8 rostopic echo -n 1 -p /koala/odom/pose/pose/position/x || true"
+        lines = swarm.shell(HOST, f"{SOURCE}; {listen}").splitlines()
+    finally:
+        swarm.shell(LEADER, f"sudo systemctl start {_KOALA}")
+    return float(lines[-1].rpartition(",")[2]) if len(lines) > 1 else None
 
 
 def _commanded(observer: Observer, attack: Attack, position: Position) -> Scene:

@@ -36,6 +36,8 @@ SQUATTED = 15.0  # s for which a port is waited for, and then kept
 IP_FREEBIND = 15  # ip(7)
 HELD = 3.0  # s for a lock
 TWIST = ("geometry_msgs/Twist", "9f195f881246fdfa2798d1d3eebca84a")
+ODOMETRY = ("nav_msgs/Odometry", "cd5e73d190d741a2f92e81eda573aca7")
+ELSEWHERE = 42.0  # m, where a robot is not
 LIGHTS = ("std_msgs/UInt8MultiArray", "82373f1612381bb6ee473b5cd6f5d89c")
 FACTS: dict[str, Any] = {}  # filled from the command line
 
@@ -222,6 +224,17 @@ def squat_commander() -> bool:
     return True
 
 
+def squat_driver() -> bool:
+    """Takes the port of a driver that was killed, which the master still has; whether it had it."""
+    listener = _taken(int(FACTS["squatted"].rstrip("/").rpartition(":")[2]))
+    if listener is None:
+        return False
+    place = struct.pack("<5I85d", 0, 0, 0, 0, 0, ELSEWHERE, *(0.0 for _ in range(84)))
+    Publisher("/koala/driver", ODOMETRY, place, listener)
+    time.sleep(SQUATTED)
+    return True
+
+
 def set_lights() -> None:
     light = FACTS["light"]
     _registered("/intruder", "/k3/leds", LIGHTS, struct.pack("<III2B", 0, 0, 2, light, light))
@@ -360,7 +373,7 @@ def hold_lock() -> None:
 
 _FUNCTIONS = (
     list_graph, read_odometry, publish_as_stranger, publish_as_commander, publish_in_namespace, made_up_node,
-    forged_update, squat_commander, set_lights, kick_out, shut_down_driver, shut_down_master,
+    forged_update, squat_commander, squat_driver, set_lights, kick_out, shut_down_driver, shut_down_master,
     unregister_odometry, unregister_commander, set_run_id, set_parameter, delete_parameter, dead_publishers,
     flood_master, flood_driver, log_in, tamper, hold_lock,
 )  # fmt: skip

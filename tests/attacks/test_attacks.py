@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from tests.attacks.attacks import JUDGES, Scene
+from tests.attacks.intruder import ELSEWHERE
 from tests.attacks.table import Verdict
 from tests.attacks.world import World
 
@@ -19,6 +20,7 @@ BEFORE = World(
         "driver": "http://192.168.77.11:1/",
         "parameters": ["a run", {}],
         "commanders": [["/rostopic_1", "http://192.168.77.10:2/"]],
+        "squatted": "http://192.168.77.10:3/",
     },
     {"k3-pi:k3": 5},
     {"distance": 1.0, "lights": {"led0": 0}},
@@ -43,6 +45,7 @@ def test_what_changes_nothing_is_refused(call: str) -> None:
         ("list_graph", replace(CALM, printed={"read": [["/k3/odom", ["/k3/driver"]]]})),
         ("read_odometry", replace(CALM, printed={"read": [1.0, 0.0]}, place=(1.0, 0.0))),
         ("forged_update", changed({"distance": 1.1})),
+        ("squat_driver", replace(CALM, printed={"read": ELSEWHERE})),
         ("set_lights", changed({"lights": {"led0": 1}})),
         ("kick_out", changed(unit=6)),
         ("shut_down_driver", replace(CALM, stood=True, obeys=False)),

@@ -32,6 +32,7 @@ print(json.dumps({
     "publishers": sorted((topic, node) for topic, nodes in publishers for node in nodes),
     "subscribers": sorted((topic, node) for topic, nodes in subscribers for node in nodes),
     "driver": driver,
+    "squatted": master.lookupNode("/witness", "/koala/driver")[2],
     "parameters": [parameters.get("run_id"), parameters.get("k3")],
     "commanders": [(node, master.lookupNode("/witness", node)[2]) for node in commanders],
 }))
