@@ -16,7 +16,7 @@ from tests.attacks.positions import Position, printed
 from tests.attacks.table import Attack, Verdict, judged
 from tests.attacks.world import HOST, PROOF, ROBOT, Observer, World
 from tests.e2e.dead_man import Page, signalled
-from tests.e2e.lab_swarm import HOME, LEADER, SOURCE, SWARM, moves
+from tests.e2e.lab_swarm import HOME, LEADER, SOURCE, SWARM, LabSwarm, moves
 from tests.e2e.ros_addresses import ros_addresses
 from tests.timing import PATIENCE, wait_for, withheld
 

@@ -128,7 +128,9 @@ def test_programs_survive_their_master_and_optional_ones_are_left_out(
     assert "/k3/shout" in shown.out
     more = spec.with_name("more-services.yaml")
     more.write_text("programs: {shout: {provides: [{name: hush, type: std_srvs/srv/Trigger}]}}\n")
-    assert "/k3/shout does not provide /k3/hush" in swarm.swarmctl("status", "--file", str(more), spec=spec).out
+    assert (
+        "/k3/shout does not provide /k3/hush" in swarm.swarmctl("status", "--file", str(more), spec=spec).out
+    )
 
     swarm.shell(LEADER, "sudo systemctl kill --signal=KILL swarm-newswarm.master")
     began = time.monotonic()
