@@ -127,6 +127,20 @@ def test_nodes_of_a_launch_file_are_on_this_host_with_its_topics() -> None:
     assert list(found["launched"]["unit"]["nodes"]) == ["/eyes"]
 
 
+def test_the_node_of_a_launch_file_that_takes_commands_may_have_none_of_its_topics() -> None:
+    gated = "/k3/gate/cmd_vel"
+    found = answer(
+        end("/eyes", "/scan", host=HUB),
+        end("/bystander", gated, TWIST, host=HUB),
+        listens=(end("/wheels", gated, TWIST, host=HUB), end("/far", gated, TWIST, host=OTHER)),
+        launched={"unit": {"/scan": 2.0}},
+        expected={"unit": {"publishes": ["/scan"], "subscribes": [gated], "provides": []}},
+    )
+    nodes = found["launched"]["unit"]["nodes"]
+    assert list(nodes) == ["/eyes", "/wheels"]
+    assert nodes["/wheels"]["subscribes"] == {gated: TWIST}
+
+
 def test_it_is_settled_when_every_node_and_measured_topic_is_seen() -> None:
     assert settled(Graph(["/k3/driver"], DRIVER, ()), request())
     assert not settled(Graph(["/k3/driver"], (), ()), request())

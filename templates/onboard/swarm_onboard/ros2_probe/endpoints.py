@@ -91,7 +91,7 @@ def fill_in(answer: GraphAnswer, graph: Graph, request: ProbeRequest) -> None:
         node: {"uri": "", "topics": [], "port": 0, "error": ""} for node in request["peers"] if node in seen
     }
     answer["launched"] = {
-        unit: _launched(graph, topics, request) for unit, topics in request["launched"].items()
+        unit: _launched(graph, unit, topics, request) for unit, topics in request["launched"].items()
     }
     hosts = _hosts(graph, request)
     _add_commanders(answer, graph, request, hosts)
@@ -138,14 +138,19 @@ def _types(endpoints: Sequence[Endpoint], node: str) -> dict[str, str]:
     return dict(list(found.items())[:_MOST_TOPICS])
 
 
-def _launched(graph: Graph, topics: Mapping[str, float], request: ProbeRequest) -> LaunchedAnswer:
-    """The nodes of a unit that names none: those of this host with its topics that the spec does not name."""
+def _launched(graph: Graph, unit: str, topics: Mapping[str, float], request: ProbeRequest) -> LaunchedAnswer:
+    """The nodes of a unit that names none: those of this host with its topics or services that the spec does
+    not name. One of them takes the commands of a driver; other nodes publish these.
+    """
     named = {one["name"] for one in request["nodes"]}
-    here = [one for one in (*graph.publishers, *graph.subscriptions) if _is_of_this_host(one, graph)]
+    taken = request["expected"][unit]["subscribes"] if unit in request["expected"] else ()
+    having = [
+        *(one for one in (*graph.publishers, *graph.subscriptions) if one.topic in topics),
+        *(one for one in graph.subscriptions if one.topic in taken),
+        *(one for one in graph.publishers if topics.keys() & graph.services.get(one.node, ())),
+    ]
     names = dict.fromkeys(
-        one.node
-        for one in here
-        if one.node not in named and (one.topic in topics or topics.keys() & graph.services.get(one.node, ()))
+        one.node for one in having if one.node not in named and _is_of_this_host(one, graph)
     )
     nodes = {name: _node(graph, name, request) for name in names if name in graph.nodes}
     return {"nodes": nodes, "starts": {}, "ended": {}, "error": ""}
