@@ -23,6 +23,8 @@ from swarmctl.diagnostics import has_errors
 from swarmctl.lab.hosts import processes
 from swarmctl.render.build_bundle import bundles
 from tests.loading import load_swarm
+from tests.render.dds_security.build import CYCLONE_DDS, program
+from tests.render.dds_security.participant import UNSECURED
 from tests.render.random_specs import Data, spec_of
 
 SPECS = int(os.environ.get("SWARMCTL_SPECS", "500"))
@@ -73,6 +75,7 @@ def test_each_file_is_read_by_its_reader(first: int, tmp_path: Path) -> None:
     assert [*_unread(files), *_refused_by_bash(files)] == []
     assert _output_of_systemd(files, tmp_path) == ""
     assert _output_of_nft(files, tmp_path) == ""
+    assert [*_refused_by_cyclone_dds(files, tmp_path)] == []
 
 
 def _unread(files: list[Written]) -> Iterator[str]:
@@ -143,3 +146,16 @@ def _output_of_nft(files: list[Written], folder: Path) -> str:
         input=given, env=processes.environment(), capture_output=True, text=True, check=False,
     )  # fmt: skip
     return done.stdout + done.stderr
+
+
+def _refused_by_cyclone_dds(files: list[Written], folder: Path) -> Iterator[str]:
+    """What it reports about its settings; none of their addresses is of the network in which it runs."""
+    place = folder / "cyclonedds.xml"
+    for content, one in {file.content: file for file in files if file.path.endswith(place.name)}.items():
+        place.write_bytes(content)
+        done = subprocess.run(
+            ["unshare", "--net", program(CYCLONE_DDS), "0", UNSECURED], env={"CYCLONEDDS_URI": f"file://{place}"},
+            stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if "failed to find interfaces" not in done.stderr:
+            yield f"{one.name}: {done.stderr}"
