@@ -13,7 +13,7 @@ LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-emi
 LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
 TEST_TOOLS := nft:nftables check_urdf:liburdfdom-tools sshd:openssh-server sudo:sudo gcc:gcc g++:g++ avr-gcc:gcc-avr avrdude:avrdude \
   rviz:rviz Xvfb:xvfb softhsm2-util:softhsm2 pkcs11-tool:opensc ansible-inventory:ansible-core \
-  wg:wireguard-tools wireguard-go:wireguard-go
+  wg:wireguard-tools wireguard-go:wireguard-go udevadm:udev
 # path:package pairs, for what is no program
 TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware/arduino/avr:arduino-core-avr \
   /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev

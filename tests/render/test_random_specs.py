@@ -76,6 +76,7 @@ def test_each_file_is_read_by_its_reader(first: int, tmp_path: Path) -> None:
     assert _output_of_systemd(files, tmp_path) == ""
     assert _output_of_nft(files, tmp_path) == ""
     assert [*_refused_by_cyclone_dds(files, tmp_path)] == []
+    assert _complaints_of_udev(files, tmp_path) == []
 
 
 def _unread(files: list[Written]) -> Iterator[str]:
@@ -159,3 +160,21 @@ def _refused_by_cyclone_dds(files: list[Written], folder: Path) -> Iterator[str]
         )  # fmt: skip
         if "failed to find interfaces" not in done.stderr:
             yield f"{one.name}: {done.stderr}"
+
+
+def _complaints_of_udev(files: list[Written], folder: Path) -> list[str]:
+    """The messages of udev about the rules, which it reads for any device."""
+    if os.geteuid() != 0 or shutil.which("udevadm") is None:
+        pytest.skip("needs root and udevadm")
+    rules = folder / "rules.d"
+    rules.mkdir()
+    for one in files:
+        if one.path.startswith("udev/"):
+            (rules / f"50-{one.seed}-{one.host}.rules").write_bytes(one.content)
+    assert [*rules.iterdir()] != []
+    look = f"mount --bind {rules} /etc/udev/rules.d && udevadm test /sys/devices/virtual/net/lo"
+    done = subprocess.run(
+        ["unshare", "--mount", "sh", "-c", look], capture_output=True, text=True, check=True
+    )
+    lines = (done.stdout + done.stderr).splitlines()
+    return [one for one in lines if one.startswith("/etc/udev/rules.d/")]
