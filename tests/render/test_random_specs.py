@@ -170,7 +170,7 @@ def _complaints_of_udev(files: list[Written], folder: Path) -> list[str]:
     rules.mkdir()
     for one in files:
         if one.path.startswith("udev/"):
-            (rules / f"50-{one.seed}-{one.host}.rules").write_bytes(one.content)
+            (rules / f"{Path(one.path).stem}-{one.seed}-{one.host}.rules").write_bytes(one.content)
     assert [*rules.iterdir()] != []
     look = f"mount --bind {rules} /etc/udev/rules.d && udevadm test /sys/devices/virtual/net/lo"
     done = subprocess.run(
