@@ -186,7 +186,7 @@ _LOOK = (
     ),
     Verb(
         "topic",
-        "List, show, measure and publish topics, with ROS's own tools on the hosts.",
+        "List, show, measure and publish topics, on the hosts.",
         example="topic echo swarm.yaml /k3/odom",
     ),
     Verb(

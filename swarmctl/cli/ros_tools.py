@@ -15,8 +15,6 @@ def lack(
     tool: str,
     ros_package: str,
     middleware: Middleware,
-    *,
-    lab: bool = False,
 ) -> HostError | None:
     """Returns the error that the exit ``status`` of ``in_release`` means; None for any other status."""
     if status == NO_RELEASE:
@@ -25,7 +23,5 @@ def lack(
     if status == NO_TOOL:
         packages = " or ".join(f"`{one}`" for one in middleware.debian_packages(package(ros_package)))
         hint = f"install it there; the Debian package is {packages}"
-        if lab:  # its hosts are of one image: nothing is installed on one of them
-            hint = f"no host of a lab has it; real hosts have it with the Debian package {packages}"
         return HostError(Kind.FAILED, f"{host} has no `{tool}`", hint)
     return None

@@ -73,27 +73,25 @@ class TopicHost:
             ended = _printed(events, messages)
         if ended is None:
             raise typer.Exit(exit_codes.OK)
-        if error := lack_of(ended, self._swarm.name, self.middleware, lab=options.in_lab(lab, lab_name)):
+        if error := lack_of(ended, self._swarm.name, self.middleware):
             complete = next_command.completing(self._spec, next_command.where(lab=lab, lab_name=lab_name))
             code = exit_codes.HOSTS_FAILED if error.reached else exit_codes.HOSTS_UNREACHABLE
             console.fail(error.message, *([complete(error.hint)] if error.hint else []), code=code)
         raise typer.Exit(ended.status or exit_codes.OK)
 
 
-def error_of(ended: Ran, swarm: str, middleware: Middleware, *, lab: bool) -> HostError | None:
+def error_of(ended: Ran, swarm: str, middleware: Middleware) -> HostError | None:
     """Returns why a tool that should have ended well has not; None if it has."""
-    if (error := lack_of(ended, swarm, middleware, lab=lab)) or not ended.status:
+    if (error := lack_of(ended, swarm, middleware)) or not ended.status:
         return error
     last = ended.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
     return HostError(Kind.FAILED, f"{ended.host}: exit code {ended.status}: {last}")
 
 
-def lack_of(ended: Ran, swarm: str, middleware: Middleware, *, lab: bool) -> HostError | None:
+def lack_of(ended: Ran, swarm: str, middleware: Middleware) -> HostError | None:
     """Returns why the tool did not run at all, or not to its end."""
-    tool = middleware.topic_tool
-    words = " ".join(tool.words)
-    lack = ros_tools.lack(ended.host, ended.status, swarm, words, tool.package, middleware, lab=lab)
-    return lack or ended.error
+    package = middleware.topic_tool.package
+    return ros_tools.lack(ended.host, ended.status, swarm, package, package, middleware) or ended.error
 
 
 def _printed(events: Iterable[Event[Ran]], messages: int | None) -> Ran | None:

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import ast
-import io
-import threading
-import zipfile
-from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from hashlib import sha256
-from pathlib import Path
 
-from swarmctl.resources import HostModule, host_check_names, onboard
+from swarmctl.onboard_archive import archive_of
+from swarmctl.resources import HostModule, host_check_names
 
 DEPLOY_VERBS = (
     "observe",
@@ -32,10 +26,6 @@ ROLLBACK_VERBS = ("observe", "history", "motion", "lease", "rollback", "hold", "
 #: What the host runs later, out of the archive of a verb.
 _PROGRAMS = {**dict.fromkeys(("apply", "remove", "rollback"), "recovery"), "record": "recorder"}
 
-Folders = Mapping[str, Path]  # by package
-#: One thread at a time: ``ast.parse`` of Python 3.11 fails where threads interleave (python/cpython#106905).
-_PARSING = threading.Lock()
-
 
 @dataclass(frozen=True)
 class Agent:
@@ -50,78 +40,10 @@ def agent(verbs: tuple[str, ...] = DEPLOY_VERBS, module: HostModule | None = Non
 
     Raises ModuleNotFoundError if there is no such module.
     """
-    with _PARSING:
-        return _archive(verbs, module)
-
-
-@lru_cache
-def _archive(verbs: tuple[str, ...], module: HostModule | None) -> Agent:
-    folders = {onboard().name: onboard().parent}
     names = ["main", "compiled", *(f"verbs.{verb}" for verb in verbs)]
     names += [program for verb, program in _PROGRAMS.items() if verb in verbs]
     names = [f"swarm_onboard.agent.{name}" for name in names]
     if "probe" in verbs:
         names += [f"swarm_onboard.host_checks.{name}" for name in host_check_names()]
-    if module is not None:
-        folders[module.name.partition(".")[0]] = module.folder
-        names.append(module.name)
-    modules = _closure(names, folders)
-    if missing := [name for name in names if name not in modules]:
-        raise ModuleNotFoundError(f"the agent needs {missing[0]}, which is not in {module and module.folder}")
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for name, path in sorted(modules.items()):
-            inside = name.replace(".", "/") + ("/__init__.py" if path.name == "__init__.py" else ".py")
-            entry = zipfile.ZipInfo(inside)
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, path.read_bytes())
-    content = stream.getvalue()
+    content = archive_of(tuple(names), module)
     return Agent(content, sha256(content).hexdigest())
-
-
-def _closure(names: Iterable[str], folders: Folders) -> dict[str, Path]:
-    """The files of these modules, of their packages, and of the on-robot modules that they import."""
-    found: dict[str, Path] = {}
-    due = list(names)
-    while due:
-        name = due.pop()
-        path = None if name in found else _file_of(name, folders)
-        if path is not None:
-            found[name] = path
-            due += [*_imports(name, path), name.rpartition(".")[0]]
-    return found
-
-
-def _file_of(module: str, folders: Folders) -> Path | None:
-    """The source of an on-robot module or package; None for a name that is neither."""
-    folder = folders.get(module.partition(".")[0])
-    if folder is None:
-        return None
-    base = folder / module.replace(".", "/")
-    candidates = (base.with_name(base.name + ".py"), base / "__init__.py")
-    return next((path for path in candidates if path.is_file()), None)
-
-
-def _imports(module: str, path: Path) -> Iterator[str]:
-    """What may be a module among the names that a file imports when it runs; not for type checking alone."""
-    for node in _running(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            origin = node.module or ""
-            if node.level:
-                origin = ".".join(filter(None, (".".join(module.split(".")[: -node.level]), origin)))
-            yield origin
-            yield from (f"{origin}.{alias.name}" for alias in node.names)
-
-
-def _running(tree: ast.Module) -> Iterator[ast.AST]:
-    """The statements that run, in functions too; an import is one, so no expression is looked at."""
-    due: list[ast.AST] = [*tree.body]
-    while due:
-        node = due.pop()
-        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
-            continue
-        yield node
-        for part in ("body", "orelse", "finalbody", "handlers"):
-            due += getattr(node, part, ())

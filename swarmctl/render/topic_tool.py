@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import re
 import shlex
+from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from swarmctl.onboard_archive import archive_of
 from swarmctl.render.bundle import ROOT
 
 NO_RELEASE, NO_TOOL = 126, 127  # the exit codes of a host that lacks them
 END_OF_MESSAGE = "---"  # the line that follows each message of `echo`
+#: Imports from an archive in memory. It has no single quote: each would be five characters in every shell.
+_LOADER = (
+    'import base64, os, sys; file = os.memfd_create("swarm"); os.write(file, base64.b64decode("{archive}")); '
+    'sys.path[0] = "/proc/self/fd/%d" % file; from {module} import main; main()'
+)
 _LISTED = re.compile(r" \* (\S+) \[(.*)\] (\d+) (publisher|subscriber)s?")
 
 
@@ -18,21 +25,19 @@ _LISTED = re.compile(r" \* (\S+) \[(.*)\] (\d+) (publisher|subscriber)s?")
 class TopicTool:
     """A command with the verbs ``list -v``, ``echo``, ``hz`` and ``pub``.
 
-    ``package`` is the ROS package that has it, and the Python module. ``waiting``: the options with which
-    ``list`` and ``echo`` wait until they have seen the graph.
+    ``package`` is the ROS package that it needs, and the Python module.
     """
 
     words: tuple[str, ...]
     package: str
-    waiting: tuple[str, ...] = ()
 
     def list(self) -> tuple[str, ...]:
         """Returns the command whose output ``listed`` reads."""
-        return (*self.words, "list", "-v", *self.waiting)
+        return (*self.words, "list", "-v")
 
     def echo(self, topic: str) -> tuple[str, ...]:
         """Returns the command that prints messages, each with ``END_OF_MESSAGE`` after it."""
-        return (*self.words, "echo", *self.waiting, topic)
+        return (*self.words, "echo", topic)
 
     def hz(self, topic: str) -> tuple[str, ...]:
         """Returns the command that prints the rate of a topic, Hz, every second."""
@@ -46,6 +51,12 @@ class TopicTool:
     def line(self, swarm: str, words: Sequence[str]) -> str:
         """Returns the line for a host's shell that runs ``words`` in the ROS of its release."""
         return shlex.join(("bash", "-c", in_release(swarm, self.package, words)))
+
+
+def sent(module: str) -> tuple[str, ...]:
+    """Returns the words that run ``main`` of an on-robot module, which they bring with what it imports."""
+    archive = b64encode(archive_of((module,))).decode("ascii")
+    return "python3", "-c", _LOADER.format(archive=archive, module=module)
 
 
 def in_release(swarm: str, package: str, words: Sequence[str]) -> str:

@@ -69,9 +69,9 @@ NONE = {
     "remove": "is the last of its commands; only hosts that failed have a next one",
     "ui": "goes on until Ctrl-C",
     "top": "goes on until Ctrl-C on a terminal",
-    "topic echo": "prints what ROS's tool prints",
+    "topic echo": "prints messages",
     "topic hz": "goes on until Ctrl-C",
-    "topic pub": "prints what ROS's tool prints",
+    "topic pub": "goes on until Ctrl-C",
     "ssh": "becomes ssh",
     "exporter": "goes on until Ctrl-C",
 }

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from swarmctl.cli import exit_codes, options
+from swarmctl.cli import exit_codes
 from swarmctl.remote import host_commands
 from swarmctl.remote.host_commands import Ran
 from swarmctl.remote.parallel_hosts import Finished, Note
@@ -141,25 +141,11 @@ def test_echo_ends_after_n_messages(hosts: Hosts, tmp_path: Path) -> None:
     assert (done.stdout, done.returncode, hosts.left) == ("x: 1\n---\nx: 2\n---\n", 0, True)
 
 
-@pytest.mark.parametrize("words", [("list",), ("hz", "/k3/odom")])
-def test_nobody_is_to_install_a_tool_in_a_lab(
-    hosts: Hosts, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
-) -> None:
-    there = {"koala-laptop": Target("koala-laptop", "192.168.77.10", "robot", "")}
-    monkeypatch.setattr(options, "targets", lambda *_, **__: there)
-    hosts.answers = {"koala-laptop": Ran("koala-laptop", 127)}
-    done = topic(tmp_path, ROS_2, *words, "--lab")
-    assert "koala-laptop has no `ros2 topic`" in done.stderr
-    assert "help: no host of a lab has it" in done.stderr
-    assert "install" not in done.stderr
-    assert done.returncode == exit_codes.HOSTS_FAILED
-
-
 @pytest.mark.parametrize(
     ("ran", "message", "code"),
     [
-        (Ran("koala-laptop", 127), "error: koala-laptop has no `ros2 topic`", exit_codes.HOSTS_FAILED),
-        (Ran("koala-laptop", 127), "the Debian package is `ros-jazzy-ros2topic`", exit_codes.HOSTS_FAILED),
+        (Ran("koala-laptop", 127), "error: koala-laptop has no `rclpy`", exit_codes.HOSTS_FAILED),
+        (Ran("koala-laptop", 127), "the Debian package is `ros-jazzy-rclpy`", exit_codes.HOSTS_FAILED),
         (Ran("koala-laptop", 126), "help: `swarmctl deploy` brings one", exit_codes.HOSTS_FAILED),
         (Ran("koala-laptop", None, error=AWAY), "no route to host", exit_codes.HOSTS_UNREACHABLE),
     ],
@@ -193,6 +179,11 @@ def test_pub_says_whether_the_robot_obeys(
 def test_pub_on_another_topic_says_nothing(hosts: Hosts, tmp_path: Path) -> None:
     done = topic(tmp_path, LEADER, "pub", "/k3/leds", "std_msgs/UInt8MultiArray", "{}", "--once")
     assert "obey" not in done.stderr
+
+
+def test_pub_leaves_a_type_without_its_package_to_the_host(hosts: Hosts, tmp_path: Path) -> None:
+    assert topic(tmp_path, ROS_2, "pub", "/k3/leds", "Twist", "{}").returncode == 0
+    assert "pub -- /k3/leds Twist " in hosts.sent[0][1]
 
 
 def burger(folder: Path, more: str = "") -> Path:

@@ -1,4 +1,4 @@
-"""``swarmctl topic`` on the hosts of a lab, with ROS's own tools."""
+"""``swarmctl topic`` on the hosts of a lab of ROS 1, with `rostopic`."""
 
 from __future__ import annotations
 

@@ -44,6 +44,9 @@ MAY_IMPORT = {
     "ros": {"geometry_msgs"},
     "ros1": {"swarm_onboard.ros", *ROS1},
     "ros2": {"swarm_onboard.ros", *ROS2, "std_msgs"},
+    "ros2_tools": {
+        *("swarm_onboard.agent", "swarm_onboard.ros2", "swarm_onboard.ros2_probe", "rclpy", "yaml"),
+    },
     "domain_relay": {
         *("swarm_onboard.common", "swarm_onboard.multimaster", "swarm_onboard.ros", "swarm_onboard.ros2"),
         *("rclpy", "diagnostic_msgs"),

@@ -15,7 +15,8 @@ from typing import Any
 
 import pytest
 
-from swarmctl.remote import agent_archive, agent_client
+from swarmctl import onboard_archive
+from swarmctl.remote import agent_client
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.ssh_limits import Timeouts
 from swarmctl.remote.transport import HostError, Kind, Output, Session
@@ -355,7 +356,7 @@ def test_any_unexpected_output_is_a_harmless_error(output: bytes, kind: Kind) ->
 
 def test_the_same_sources_make_the_same_agent_and_payload() -> None:
     first = agent_client.agent().archive
-    agent_archive._archive.cache_clear()
+    onboard_archive._archive.cache_clear()
     assert agent_client.agent().archive == first
     files = {"b": (b"2", 0o644), "a": (b"1", 0o755)}
     assert agent_client.pack(b"{}", files) == agent_client.pack(b"{}", dict(sorted(files.items())))

@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 
 from swarmctl.render import topic_tool
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.topic_tool import NO_RELEASE, NO_TOOL, Listed, TopicTool, listed
+from swarmctl.render.topic_tool import NO_RELEASE, NO_TOOL, Listed, TopicTool, listed, sent
 
+LONGEST_ARGUMENT = 100_000  # bytes; Linux takes 128 KiB, and SSH adds some
 TWIST = "{linear: {x: 0.1}}"
 SHOW = TopicTool((sys.executable, "-c", "import json, sys; print(json.dumps(sys.argv[1:]))"), "json")
 PRINTED = """\
@@ -32,39 +33,39 @@ Subscribed topics:
 """
 
 
-@pytest.mark.parametrize(
-    ("distro", "expected"),
-    [
-        (
-            "noetic",
-            [
-                "rostopic list -v",
-                "rostopic echo /k3/odom",
-                "rostopic hz /k3/odom",
-                "rostopic pub -r 10 -- /a T '{linear: {x: 0.1}}'",
-                "rostopic pub -1 -- /a T '{linear: {x: 0.1}}'",
-                "rostopic pub -- /a T '{linear: {x: 0.1}}'",
-            ],
-        ),
-        (
-            "jazzy",
-            [
-                "ros2 topic list -v --no-daemon --spin-time 3",
-                "ros2 topic echo --no-daemon --spin-time 3 /k3/odom",
-                "ros2 topic hz /k3/odom",
-                "ros2 topic pub -r 10 -- /a T '{linear: {x: 0.1}}'",
-                "ros2 topic pub -1 -- /a T '{linear: {x: 0.1}}'",
-                "ros2 topic pub -- /a T '{linear: {x: 0.1}}'",
-            ],
-        ),
-    ],
-)
-def test_the_commands_are_those_of_ros(distro: str, expected: list[str]) -> None:
+COMMANDS = [
+    "list -v",
+    "echo /k3/odom",
+    "hz /k3/odom",
+    "pub -r 10 -- /a T '{linear: {x: 0.1}}'",
+    "pub -1 -- /a T '{linear: {x: 0.1}}'",
+    "pub -- /a T '{linear: {x: 0.1}}'",
+]
+
+
+@pytest.mark.parametrize("distro", ["noetic", "jazzy"])
+def test_the_commands_are_those_of_ros(distro: str) -> None:
     tool = middleware_of(distro).topic_tool
     words = [tool.list(), tool.echo("/k3/odom"), tool.hz("/k3/odom")]
     published = [(10.0, False), (None, True), (None, False)]
     words += [tool.pub("/a", "T", TWIST, rate=rate, once=once) for rate, once in published]
-    assert [shlex.join(one) for one in words] == expected
+    assert [shlex.join(one[len(tool.words) :]) for one in words] == COMMANDS
+
+
+def test_ros_1_has_its_own_tool() -> None:
+    assert middleware_of("noetic").topic_tool.words == ("rostopic",)
+
+
+def test_a_program_that_is_sent_fits_into_a_command_and_runs(
+    release: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """This Python has no rclpy: the program is imported, and ends with one line."""
+    monkeypatch.setattr(topic_tool, "ROOT", str(release))
+    tool = TopicTool(sent("swarm_onboard.ros2_tools.topic"), "json")
+    line = tool.line("lab", tool.list())
+    assert len(line) < LONGEST_ARGUMENT
+    done = subprocess.run(["/bin/sh", "-c", line], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", "error: No module named 'rclpy'\n")
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""``swarmctl topic``: ROS's own tools for topics, on a host of the island that has them."""
+"""``swarmctl topic``: a tool for topics, on a host of the island that has them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 topic = typer.Typer(
     name="topic", no_args_is_help=True,
-    help="List, show, measure and publish topics, with ROS's own tools on the hosts.",
+    help="List, show, measure and publish topics, on the hosts.",
 )  # fmt: skip
 
 _CODES = exit_codes.epilog(exit_codes.HOSTS_FAILED, exit_codes.HOSTS_UNREACHABLE)
@@ -65,7 +65,7 @@ def list_(
         ):
             if isinstance(event, Finished | Skipped):
                 ran = outcomes[event.host] = host_commands.ran(event)
-                if error := error_of(ran, swarm.name, middleware, lab=options.in_lab(lab, lab_name)):
+                if error := error_of(ran, swarm.name, middleware):
                     failed[event.host] = error
     errors = {name: failed[hub] for hub, name in names.items() if hub in failed}
     found = {

@@ -24,7 +24,7 @@ from swarmctl.render.ros2 import (
     ros2_programs,
     ros2_release,
 )
-from swarmctl.render.topic_tool import TopicTool
+from swarmctl.render.topic_tool import TopicTool, sent
 from swarmctl.resources import HostModule, onboard
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.flow import Service
@@ -50,8 +50,6 @@ class Ros2:
     settings = frozenset({"rmw", "domain", "discovery", "servers", "workspace", "sros2"})
     variables = frozenset(graph_environment.GRAPH_VARIABLES)
     launcher = "ros2 launch"
-    # Without the daemon, which has the settings of whoever has started it.
-    topic_tool = TopicTool(("ros2", "topic"), "ros2topic", ("--no-daemon", "--spin-time", "3"))
     bag_recorder = None
     multimaster = "relay"
     shared_files = frozenset({ros2_release.ENVIRONMENT})  # the domain, and where the servers are
@@ -63,6 +61,11 @@ class Ros2:
         self._distro = distro
         if distro != discovery_files.HUMBLE:
             self.capabilities |= {"ipv6-servers"}
+
+    @property
+    def topic_tool(self) -> TopicTool:
+        """Returns swarmctl's own program, which needs no `ros2` command."""
+        return TopicTool(sent("swarm_onboard.ros2_tools.topic"), "rclpy")
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         """Yields the environment, the discovery server on its hosts, and the drivers."""
@@ -132,8 +135,8 @@ class Ros2:
 
     def type_name(self, kind: str) -> str:
         """Returns ``nav_msgs/msg/Odometry`` for ``nav_msgs/Odometry``."""
-        package, *_, name = kind.split("/")
-        return f"{package}/msg/{name}" if name != package else kind
+        package, slash, name = kind.partition("/")
+        return f"{package}/msg/{name.rpartition('/')[2]}" if slash else kind
 
     def listeners(self, spec: Spec, island: Island, processes: Mapping[str, int]) -> Iterator[Listener]:
         """Yields the ports of servers and of DDS on all hosts of ``island``."""

@@ -18,7 +18,7 @@ _NUMBERS = {
     _BOOLEAN: "?", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I",
     "int32": "i", "uint64": "Q", "int64": "q", "float": "f", "double": "d",
 }  # fmt: skip
-_LIST = re.compile(r"sequence<(?P<any>[^,>]+(<\d+>)?)(, \d+)?>|(?P<some>.+)\[(?P<count>\d+)\]")
+LIST = re.compile(r"sequence<(?P<any>[^,>]+(<\d+>)?)(, (?P<bound>\d+))?>|(?P<some>.+)\[(?P<count>\d+)\]")
 _TIMES = {"builtin_interfaces/Time": "<II", "builtin_interfaces/Duration": "<ii"}
 _HEADER = "std_msgs/Header"
 _NEW_FIELDS = {"sensor_msgs/Range": "variance"}  # which ROS 1 does not have
@@ -74,7 +74,7 @@ def _message(name: str) -> Codec:
 @lru_cache(maxsize=None)
 def _codec(text: str) -> Codec:
     """The codec of a field, by its type as ``get_fields_and_field_types`` has it."""
-    found = _LIST.fullmatch(text)
+    found = LIST.fullmatch(text)
     if found:
         count = found["count"]
         return _list(found["any"] or found["some"], int(count) if count else None)

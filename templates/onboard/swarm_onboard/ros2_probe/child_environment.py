@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Mapping
 
 SUPER_CLIENT = "env/super_client.xml"
+UDP = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
 
 
 def of_child(release: Mapping[str, str], current: str) -> dict[str, str]:
     """The variables of the node. ``release``: those of the release in the folder ``current``."""
-    found = {**release, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+    found = {**release, **UDP}
     if "ROS_DISCOVERY_SERVER" in release:
         found["ROS_SUPER_CLIENT"] = "TRUE"
         if Path(current, SUPER_CLIENT).exists():  # of Humble, which does not know the variable

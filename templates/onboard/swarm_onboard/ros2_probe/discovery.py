@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 LONGEST = 20.0  # s
 _AT_LEAST = 2.0  # s, for nodes that nobody waits for
-_BOUND = 10.0  # s after which what is missing is a fault; lost announcements are repeated every 3 s
-_QUIET = 4.0  # s without a change after which nothing else is about to appear
+BOUND = 10.0  # s after which what is missing is a fault; lost announcements are repeated every 3 s
+QUIET = 4.0  # s without a change after which nothing else is about to appear
 _NOT_YET = "not all of it was seen, and the graph still changed when the look at it ended"
 
 
@@ -34,12 +34,12 @@ class Discovery:
         agrees = before == self._contents
         if not agrees:
             self._changed = now
-        age, quiet = now - self._began, now - self._changed >= _QUIET
+        age, quiet = now - self._began, now - self._changed >= QUIET
         self._missing = set(_missing(graph, self._request))
         self.incomplete = bool(self._missing) and not quiet
         # A host leaves out optional nodes: these are waited for only while others appear.
         whole = agrees and not self._missing and (quiet or settled(graph, self._request))
-        self.finished = age >= (_AT_LEAST if whole else LONGEST if self.incomplete else _BOUND)
+        self.finished = age >= (_AT_LEAST if whole else LONGEST if self.incomplete else BOUND)
 
     def fill_in(self, answer: GraphAnswer) -> None:
         """Makes unknown in ``answer`` what an incomplete look has not seen."""

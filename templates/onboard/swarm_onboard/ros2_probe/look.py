@@ -7,6 +7,7 @@ import os
 import resource
 import sys
 import time
+from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Iterator
 
@@ -53,13 +54,20 @@ def main() -> None:
 
 def _seen(request: ProbeRequest) -> GraphAnswer:
     resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST, LARGEST))
-    rclpy, executors = import_module("rclpy"), import_module("rclpy.executors")  # the agent has none
-    rclpy.init(args=list(_QUIETLY))
-    node = rclpy.create_node(_own_name(), start_parameter_services=False, enable_rosout=False)
-    executor = executors.SingleThreadedExecutor()
-    executor.add_node(node)
-    try:
+    with joined(_own_name()) as node:
+        executor = import_module("rclpy.executors").SingleThreadedExecutor()
+        executor.add_node(node)
         return _looked(request, node, lambda: executor.spin_once(timeout_sec=_TURN))
+
+
+@contextmanager
+def joined(name: str) -> Iterator[Any]:
+    """Yields a node that offers and prints nothing of its own, and leaves the graph at the end."""
+    rclpy, signals = import_module("rclpy"), import_module("rclpy.signals")  # the agent has none
+    rclpy.init(args=list(_QUIETLY), signal_handler_options=signals.SignalHandlerOptions.NO)
+    node = rclpy.create_node(name, start_parameter_services=False, enable_rosout=False)
+    try:
+        yield node
     finally:
         node.destroy_node()
         rclpy.shutdown()

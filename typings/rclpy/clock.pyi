@@ -1,0 +1,4 @@
+from typing import Any
+
+class Clock:
+    def now(self) -> Any: ...
