@@ -127,7 +127,7 @@ def test_nodes_of_a_launch_file_are_on_this_host_with_its_topics() -> None:
     assert list(found["launched"]["unit"]["nodes"]) == ["/eyes"]
 
 
-def test_the_node_of_a_launch_file_that_takes_commands_may_have_none_of_its_topics() -> None:
+def test_a_launched_node_that_takes_commands_may_have_no_topics() -> None:
     gated = "/k3/gate/cmd_vel"
     found = answer(
         end("/eyes", "/scan", host=HUB),
