@@ -12,6 +12,8 @@ from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 
+import mcap
+
 from swarmctl.resources import HostModule, host_check_names, onboard
 
 DEPLOY_VERBS = (
@@ -56,7 +58,7 @@ def agent(verbs: tuple[str, ...] = DEPLOY_VERBS, module: HostModule | None = Non
 
 @lru_cache
 def _archive(verbs: tuple[str, ...], module: HostModule | None) -> Agent:
-    folders = {onboard().name: onboard().parent}
+    folders = {onboard().name: onboard().parent, mcap.__name__: Path(mcap.__path__[0]).parent}
     names = ["main", "compiled", *(f"verbs.{verb}" for verb in verbs)]
     names += [program for verb, program in _PROGRAMS.items() if verb in verbs]
     names = [f"swarm_onboard.agent.{name}" for name in names]
@@ -80,7 +82,7 @@ def _archive(verbs: tuple[str, ...], module: HostModule | None) -> Agent:
 
 
 def _closure(names: Iterable[str], folders: Folders) -> dict[str, Path]:
-    """The files of these modules, of their packages, and of the on-robot modules that they import."""
+    """The files of these modules, of their packages, and of the modules in ``folders`` that they import."""
     found: dict[str, Path] = {}
     due = list(names)
     while due:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from swarmctl.render import expected_nodes, program_needs, sketch
+from swarmctl.render.bag_recorder import MCAP
 from swarmctl.render.bundle import File, Part
 from swarmctl.render.middleware import (
     Capability,
@@ -52,7 +53,7 @@ class Ros2:
     launcher = "ros2 launch"
     # Without the daemon, which has the settings of whoever has started it.
     topic_tool = TopicTool(("ros2", "topic"), "ros2topic", ("--no-daemon", "--spin-time", "3"))
-    bag_recorder = None
+    bag_recorder = MCAP
     multimaster = "relay"
     shared_files = frozenset({ros2_release.ENVIRONMENT})  # the domain, and where the servers are
     topics = TOPICS
