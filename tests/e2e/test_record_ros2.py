@@ -99,9 +99,7 @@ def test_each_topic_is_in_the_file_of_its_host(pair: LabSwarm, tmp_path: Path) -
     assert set(pair.everywhere(f"ls {FOLDER}").values()) == {""}, "the hosts have their space back"
 
 
-def test_a_recorder_that_was_killed_leaves_a_file_that_is_brought_and_named(
-    pair: LabSwarm, tmp_path: Path
-) -> None:
+def test_what_a_killed_recorder_leaves_is_brought_and_named(pair: LabSwarm, tmp_path: Path) -> None:
     here = ("--limit", PI, "--out", str(tmp_path))
     recording = pair.begin("record", "/k3/odom", *here)
     wait_for(partial(is_recording, pair, PI), interval=0.2)

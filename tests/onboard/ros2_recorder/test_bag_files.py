@@ -72,7 +72,7 @@ def test_a_file_that_is_large_enough_is_followed_by_another(tmp_path: Path) -> N
     assert times == list(range(8))
 
 
-def test_a_type_without_a_definition_is_recorded_and_read_by_that_of_the_reader(tmp_path: Path) -> None:
+def test_a_type_without_a_definition_is_read_by_that_of_the_reader(tmp_path: Path) -> None:
     bags = BagFiles(f"{tmp_path}/pi", 1 << 20, lambda _: "")
     bags.add("/k3/cmd_vel", TWIST, twist(0.5), BEGAN, BEGAN)
     bags.close()

@@ -67,7 +67,7 @@ def test_each_topic_is_that_of_one_host(request: pytest.FixtureRequest) -> None:
 
 
 @pytest.mark.usefixtures("_seen")
-def test_what_every_node_publishes_and_what_is_hidden_is_recorded_by_name() -> None:
+def test_topics_of_every_node_and_hidden_ones_need_their_name() -> None:
     assert recorded("laptop", "/rosout", "/r*", "/parameter_events") == ["/parameter_events", "/rosout"]
     assert recorded("laptop", "/k3/_hidden") == ["/k3/_hidden"]
 

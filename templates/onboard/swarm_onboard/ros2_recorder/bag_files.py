@@ -24,7 +24,7 @@ class BagFiles:
 
     def add(self, topic: str, kind: str, message: bytes, arrived: int, sent: int) -> None:
         """Adds a serialised message; both times in ns since 1970."""
-        if self._file.tell() >= self._size:
+        if os.fstat(self._file.fileno()).st_size >= self._size:
             self.close()
             self._begin()
         channel = self._channels.get((topic, kind)) or self._channel(topic, kind)

@@ -31,7 +31,7 @@ def definition(kind: str) -> str:
 def _used(text: str, package: str) -> Iterator[str]:
     """The types of the fields that are messages themselves."""
     for line in text.splitlines():
-        found = _FIELD.match(line.partition("#")[0])
+        found = _FIELD.match(line)
         if found and "/" in found["type"]:
             yield found["type"].replace("/msg/", "/")
         elif found and found["type"][0].isupper():
