@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 
+import mcap
+
 from swarmctl.resources import HostModule, onboard
 
 Folders = Mapping[str, Path]  # by package
@@ -28,7 +30,7 @@ def archive_of(names: tuple[str, ...], module: HostModule | None = None) -> byte
 
 @lru_cache
 def _archive(names: tuple[str, ...], module: HostModule | None) -> bytes:
-    folders = {onboard().name: onboard().parent}
+    folders = {onboard().name: onboard().parent, mcap.__name__: Path(mcap.__path__[0]).parent}
     if module is not None:
         folders[module.name.partition(".")[0]] = module.folder
         names = (*names, module.name)
@@ -46,7 +48,7 @@ def _archive(names: tuple[str, ...], module: HostModule | None) -> bytes:
 
 
 def _closure(names: Iterable[str], folders: Folders) -> dict[str, Path]:
-    """The files of these modules, of their packages, and of the on-robot modules that they import."""
+    """The files of these modules, of their packages, and of the modules in ``folders`` that they import."""
     found: dict[str, Path] = {}
     due = list(names)
     while due:

@@ -14,7 +14,6 @@ from swarmctl.remote import host_recordings
 from swarmctl.remote.host_recordings import Fetched
 from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped, result_of
 from swarmctl.remote.transport import HostError, Kind, Target, Transport
-from swarmctl.render.bag_recorder import BagRecorder
 from swarmctl.render.middleware import middleware_at
 from swarmctl.swarm.resolved import Swarm
 from swarmctl.views import recordings as view
@@ -32,7 +31,6 @@ class RecordingHosts:
     def __init__(
         self,
         swarm: Swarm,
-        recorder: BagRecorder,
         targets: Sequence[Target],
         transport: Transport,
         complete: Callable[[str], str],
@@ -41,7 +39,7 @@ class RecordingHosts:
         json: bool,
     ) -> None:
         self._json = json
-        self._swarm, self._recorder, self._targets, self._transport = swarm, recorder, targets, transport
+        self._swarm, self._targets, self._transport = swarm, targets, transport
         self._complete, self._parallel = complete, parallel
         self._errors: dict[str, HostError] = {}
         self._fetched: list[Fetched] = []
@@ -78,9 +76,8 @@ class RecordingHosts:
         """Starts the recordings; returns the topics that are recorded by host."""
         found: dict[str, list[str]] = {}
         targets = [one for one in self._targets if one.host in requests]
-        starting = host_recordings.start(
-            requests, targets, self._recorder.graph, self._transport, parallel=self._parallel
-        )
+        modules = {one.host: middleware_at(self._swarm, one.host).bag_recorder.graph for one in targets}
+        starting = host_recordings.start(requests, targets, modules, self._transport, parallel=self._parallel)
         for host, result in self._results(starting, "starting"):
             if error := result if isinstance(result, HostError) else self._failure(host, result):
                 self._fail(host, error)
@@ -150,8 +147,8 @@ class RecordingHosts:
         """Why a recorder has failed; None if it has not."""
         if recording["ended"] != "failed":
             return None
-        status, package = recording["status"], self._recorder.package
         middleware = middleware_at(self._swarm, host)
+        status, package = recording["status"], middleware.bag_recorder.package
         return ros_tools.lack(host, status, self._swarm.name, package, package, middleware) or HostError(
             Kind.FAILED, f"{package} ended with exit code {status}: {recording['output']}"
         )

@@ -22,7 +22,7 @@ R = TypeVar("R")
 _LOOK = 1.0  # s
 _STARTS_WITHIN, _STOPS_WITHIN = 60.0, 120.0  # s
 _PAUSES = (1.0, 2.0, 4.0, 8.0, 10.0)  # s before a host is connected again, after which nothing has come
-_NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,200}\.bag(\.active)?")
+_NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,200}\.(bag|mcap)(\.active)?")
 
 
 @dataclass
@@ -37,15 +37,18 @@ class Fetched:
 def start(
     requests: Mapping[str, RecordRequest],
     targets: Sequence[Target],
-    graph: HostModule,
+    modules: Mapping[str, HostModule],
     transport: Transport,
     *,
     parallel: int,
 ) -> Generator[Event[RecordingAnswer], None, None]:
-    """Starts a recording on each host that publishes something of it; others answer without topics."""
+    """Starts a recording on each host that publishes something of it; others answer without topics.
+
+    ``modules``: those that look at the graph, by host.
+    """
 
     def work(session: Session, target: Target, note: object) -> RecordingAnswer:
-        with agent_client.agent_session(session, verbs=("record",), module=graph) as agent:
+        with agent_client.agent_session(session, verbs=("record",), module=modules[target.host]) as agent:
             answer: RecordingAnswer = agent.request(requests[target.host], timeout=_STARTS_WITHIN)
             return answer
 

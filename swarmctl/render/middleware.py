@@ -134,8 +134,8 @@ class Middleware(Protocol):
         """The command for topics, which ``swarmctl topic`` runs on hosts."""
 
     @property
-    def bag_recorder(self) -> BagRecorder | None:
-        """The command that ``swarmctl record`` runs on hosts; None without one."""
+    def bag_recorder(self) -> BagRecorder:
+        """The command that ``swarmctl record`` runs on hosts."""
 
     @property
     def multimaster(self) -> str:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from fnmatch import fnmatchcase
+from collections.abc import Iterator, Mapping, Sequence
 
 from swarm_onboard.agent.recording_messages import RecordRequest
 
-from swarmctl.render.bag_recorder import BagRecorder
 from swarmctl.render.middleware import Middleware, middleware_of
 from swarmctl.swarm.resolved import Island, Swarm
 
 
 def requests(
     swarm: Swarm,
-    recorder: BagRecorder,
     accounts: Mapping[str, str],
     patterns: Sequence[str],
     *,
@@ -28,6 +25,7 @@ def requests(
     found: dict[str, RecordRequest] = {}
     for island in swarm.islands:
         middleware = middleware_of(island.distro)
+        recorder = middleware.bag_recorder
         master = middleware.master(swarm, island)
         hosts = {name: swarm.hosts[name] for name in island.hosts}
         homes = {
@@ -35,14 +33,15 @@ def requests(
             for name, host in hosts.items()
             for text in (host.ros_address, host.advertised, name)
         }
-        declared = declared_topics(swarm, middleware, island)
+        nodes = {one: name for name in island.hosts for one in _nodes(swarm, middleware, name)}
+        drivers = [middleware.driver(swarm, robot).node for name in hosts for robot in swarm.robots_on(name)]
+        declared = _declared(swarm, middleware, island)
         for name in island.hosts:
             found[name] = {
                 "verb": "record",
                 "swarm": swarm.name,
                 "account": accounts[name],
                 "command": list(recorder.command(swarm.name, name, megabytes)),
-                "topics": [one for one in declared[name] if any(fnmatchcase(one, two) for two in patterns)],
                 "patterns": list(patterns),
                 "graph": {
                     "module": recorder.graph.name,
@@ -50,15 +49,27 @@ def requests(
                     "host": name,
                     "hub": island.hub,
                     "homes": homes,
+                    "nodes": nodes,
+                    "awaited": [one for one in drivers if one],
+                    "declared": declared,
                 },
                 "seconds": seconds,
             }
     return found
 
 
-def declared_topics(swarm: Swarm, middleware: Middleware, island: Island) -> dict[str, list[str]]:
-    """Returns the topics that drivers, gates and programs of each host publish by the spec, and the commands
-    that its drivers get from nodes that the spec does not have.
+def _nodes(swarm: Swarm, middleware: Middleware, host: str) -> Iterator[str]:
+    """The nodes of a host whose names are known."""
+    for robot in swarm.robots_on(host):
+        driver = middleware.driver(swarm, robot)
+        yield from filter(None, (driver.node, driver.gate and driver.gate.node))
+    for program in swarm.programs_on(host):
+        yield from filter(None, (middleware.program(swarm, program).name,))
+
+
+def _declared(swarm: Swarm, middleware: Middleware, island: Island) -> dict[str, str]:
+    """The host of each topic that drivers, gates and programs publish by the spec, and of the commands that
+    drivers get from nodes that the spec does not have.
 
     A topic of several hosts is the hub's.
     """
@@ -74,7 +85,4 @@ def declared_topics(swarm: Swarm, middleware: Middleware, island: Island) -> dic
             topics += [name for name, _ in middleware.program(swarm, program).publishes]
         for topic in topics:
             origins.setdefault(topic, set()).add(host)
-    found: dict[str, list[str]] = {host: [] for host in island.hosts}
-    for topic, hosts in origins.items():
-        found[min(hosts) if len(hosts) == 1 else island.hub].append(topic)
-    return found
+    return {topic: min(hosts) if len(hosts) == 1 else island.hub for topic, hosts in origins.items()}

@@ -1,4 +1,4 @@
-"""Reads how robots moved in a recorded run: bags of ROS 1, and folders of bags of ROS 2."""
+"""Reads how robots moved in a recorded run: bags of ROS 1, MCAP files and folders of bags of ROS 2."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.typesys import Stores, get_typestore
 
 from swarmctl.swarm.motion_topics import MotionTopics
+from swarmctl.views.recordings import repair
 
 #: Time, s since 1970; pose in m, m, rad; driven and commanded, each m/s and rad/s; battery, 0 to 1.
 Row = tuple[float, Sequence[float] | None, Sequence[float] | None, Sequence[float] | None, float | None]
@@ -57,15 +58,16 @@ def read(folder: Path, topics: Mapping[str, MotionTopics]) -> Run:
 
 def _bags(folder: Path) -> Iterator[Path]:
     for one in sorted(folder.iterdir()):
-        if one.name.endswith((".bag", ".bag.active")) or (one / "metadata.yaml").is_file():
+        if one.name.endswith((".bag", ".mcap", ".active")) or (one / "metadata.yaml").is_file():
             yield one
 
 
 def _trouble(bag: Path, error: Exception) -> str:
     """Why a bag cannot be read, and what repairs it."""
     if bag.suffix == ".active":
-        return f"it was not closed. `rosbag reindex {bag}`, then name it {bag.stem}"
-    if isinstance(error, AnyReaderError) and "index" in str(error):
+        renaming = f", then name it {bag.stem}" if bag.stem.endswith(".bag") else ""
+        return f"it was not closed. `{repair(bag)}`{renaming}"
+    if bag.suffix == ".bag" and isinstance(error, AnyReaderError) and "index" in str(error):
         return f"its index is missing or damaged. `rosbag reindex {bag}`"
     return "it is damaged, or no bag"
 

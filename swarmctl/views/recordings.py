@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from swarmctl.remote.host_recordings import Fetched
+from swarmctl.views.escape import printable
 
 _ENDINGS = {
     "": "",
@@ -21,6 +23,13 @@ def size(count: int) -> str:
     return f"{count / 1e6:.1f} MB"
 
 
+def repair(bag: Path) -> str:
+    """Returns the command that repairs a bag whose name ends with ``.active``, as it was not closed."""
+    return (
+        f"mcap recover {bag} -o {bag.with_suffix('')}" if ".mcap" in bag.suffixes else f"rosbag reindex {bag}"
+    )
+
+
 def lines(found: Fetched) -> Iterator[str]:
     """Yields a line for the host, and one for each of its bags."""
     recording = found.recording
@@ -29,7 +38,9 @@ def lines(found: Fetched) -> Iterator[str]:
     else:
         ended = _ENDINGS[recording["ended"]]
         yield f"{found.host}  {len(recording['topics'])} topics {ended}".rstrip()
+        if recording["output"] and recording["ended"] != "failed":
+            yield f"    {printable(recording['output'])}"
     for place, count in found.bags.items():
         yield f"    {place}  {size(count)}"
-        if place.name.endswith(".active"):
-            yield f"        it was not closed; `rosbag reindex {place.name}` repairs it"
+        if place.suffix == ".active":
+            yield f"        it was not closed; `{repair(Path(place.name))}` repairs it"

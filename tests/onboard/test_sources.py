@@ -41,6 +41,10 @@ MAY_IMPORT = {
     "host_checks": {"swarm_onboard.agent", "swarm_onboard.tunnel"},
     "ros1_probe": {"swarm_onboard.agent", "swarm_onboard.common"},
     "ros2_probe": {*("swarm_onboard", "swarm_onboard.agent", "swarm_onboard.common", "swarm_onboard.ros2")},
+    "ros2_recorder": {
+        *("swarm_onboard.agent", "swarm_onboard.ros2", "swarm_onboard.ros2_probe"),
+        *("rclpy", "mcap"),  # the agent brings the latter
+    },
     "ros": {"geometry_msgs"},
     "ros1": {"swarm_onboard.ros", *ROS1},
     "ros2": {"swarm_onboard.ros", *ROS2, "std_msgs"},

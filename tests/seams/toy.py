@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from swarmctl.render.bag_recorder import BagRecorder
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode
 from swarmctl.render.multimaster import Discovery, JoinNodes
@@ -32,7 +33,9 @@ class Pebble:
     variables: frozenset[str] = frozenset()
     launcher = ""
     topic_tool = TopicTool(("pebble", "topic"), "pebble_topic")
-    bag_recorder = None
+    bag_recorder = BagRecorder(
+        "pebble_bag", HostModule("pebble_probe.published", Path(__file__).parent), ("pebble", "record")
+    )
     multimaster = ""
     shared_files: frozenset[str] = frozenset()
     topics: Mapping[str, str] = {

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from rosbags.rosbag1 import Writer
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
+from swarm_onboard.ros2_recorder.bag_files import BagFiles
 
 from swarmctl.ui import bags
-from tests.ui.bag_files import BEGAN, KOALA, LZ4, battery, command, odometry, twist, write
+from tests.ui.bag_files import BEGAN, KOALA, LZ4, battery, command, header, odometry, twist, write
 
 LZ4_MAGIC = b"\x04\x22\x4d\x18"
 
@@ -52,6 +53,21 @@ def test_a_folder_of_ros_2_is_a_bag(tmp_path: Path) -> None:
         writer.write(sent, round(1e9 * BEGAN), store.serialize_cdr(twist(0.2, 0.1), kind))
     run = bags.read(tmp_path, KOALA)
     assert (run.troubles, run.rows) == ([], {"koala": [(at(0.0), None, None, [0.2, 0.1], None)]})
+
+
+def test_a_recording_of_ros_2_is_read_from_its_file(tmp_path: Path) -> None:
+    store, kind = get_typestore(Stores.ROS2_JAZZY), "geometry_msgs/msg/TwistStamped"
+    recorded = BagFiles(f"{tmp_path}/pi", 1 << 20, lambda one: store.generate_msgdef(one, ros_version=2)[0])
+    stamped = store.types[kind](header(), twist(0.2, 0.1))
+    sent = round(1e9 * BEGAN)
+    recorded.add("/koala/cmd_vel", kind, bytes(store.serialize_cdr(stamped, kind)), sent, sent)
+    recorded.close()
+    (tmp_path / "e.mcap.active").write_bytes((tmp_path / "pi_0.mcap").read_bytes()[:500])
+    run = bags.read(tmp_path, KOALA)
+    assert run.rows == {"koala": [(at(0.0), None, None, [0.2, 0.1], None)]}
+    assert [one.replace(f"{tmp_path}/", "") for one in run.troubles] == [
+        "e.mcap.active is not shown: it was not closed. `mcap recover e.mcap.active -o e.mcap`"
+    ]
 
 
 def test_a_robot_has_five_rows_a_second(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""``swarmctl record``: rosbag on the hosts that publish, and its bags brought here."""
+"""``swarmctl record``: topics recorded on the hosts that publish them, and the bags brought here."""
 
 from __future__ import annotations
 
@@ -41,33 +41,21 @@ def record(
     """
     from swarmctl.cli.recording_hosts import RecordingHosts
     from swarmctl.cli.ssh_targets import transport
-    from swarmctl.render.bundle import package
-    from swarmctl.render.middleware import middleware_of
     from swarmctl.render.recording_requests import requests
 
     if fetch and (topics or duration):
         console.fail("--fetch records nothing: it has no TOPIC and no --duration", code=exit_codes.USAGE)
     swarm = console.read_spec(spec)
-    without = [one for one in swarm.distros if middleware_of(one).bag_recorder is None]
-    recorder = None if without else middleware_of(swarm.distros[0]).bag_recorder
-    if recorder is None:
-        debian = " or ".join(middleware_of(without[0]).debian_packages(package("rosbag2")))
-        console.fail(
-            f"record runs rosbag, which `ros.distro: {without[0]}` has not",
-            "a program records there, with `command: [ros2, bag, record, -a]`; its host needs the Debian "
-            f"package {debian}" + (", which no host of a lab has" if options.in_lab(lab, lab_name) else ""),
-            code=exit_codes.USAGE,
-        )
     names = selected.hosts(swarm.candidates, limit)
     reach = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
     targets = [reach[name] for name in names]
     complete = next_command.completing(spec, where)
-    hosts = RecordingHosts(swarm, recorder, targets, transport(), complete, parallel, json=json)
+    hosts = RecordingHosts(swarm, targets, transport(), complete, parallel, json=json)
     if not fetch:
         shapes = topics or ["*"]
         accounts = {name: target.user for name, target in reach.items()}
-        found = hosts.start(requests(swarm, recorder, accounts, shapes, seconds=duration, megabytes=size))
+        found = hosts.start(requests(swarm, accounts, shapes, seconds=duration, megabytes=size))
         for shape in shapes if hosts.exit_code() == exit_codes.OK else ():
             if not any(fnmatchcase(one, shape) for of_host in found.values() for one in of_host):
                 console.show(f"warning: nothing publishes {shape}", error=True)

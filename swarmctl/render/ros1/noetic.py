@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from swarmctl.render import driver_files, expected_nodes, program_needs, sketch
-from swarmctl.render.bag_recorder import ROSBAG, BagRecorder
+from swarmctl.render.bag_recorder import ROSBAG
 from swarmctl.render.bundle import File, Part, required, workspace
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode, Master, Middleware
 from swarmctl.render.ros1 import (
@@ -47,7 +47,7 @@ class Noetic:
     variables = frozenset({"ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE"})
     launcher = "roslaunch"
     topic_tool = TopicTool(("rostopic",), "rostopic")
-    bag_recorder: BagRecorder | None = ROSBAG
+    bag_recorder = ROSBAG
     multimaster = "fkie"
     shared_files = frozenset({release.ENVIRONMENT})  # ROS_MASTER_URI and how the islands join
     topics = TOPICS

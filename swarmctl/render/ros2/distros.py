@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from swarmctl.render import expected_nodes, program_needs, sketch
+from swarmctl.render.bag_recorder import MCAP
 from swarmctl.render.bundle import File, Part
 from swarmctl.render.middleware import (
     Capability,
@@ -50,7 +51,7 @@ class Ros2:
     settings = frozenset({"rmw", "domain", "discovery", "servers", "workspace", "sros2"})
     variables = frozenset(graph_environment.GRAPH_VARIABLES)
     launcher = "ros2 launch"
-    bag_recorder = None
+    bag_recorder = MCAP
     multimaster = "relay"
     shared_files = frozenset({ros2_release.ENVIRONMENT})  # the domain, and where the servers are
     topics = TOPICS

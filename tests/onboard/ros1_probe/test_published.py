@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from swarm_onboard.agent.errors import FailedError
-from swarm_onboard.agent.recording_messages import Graph
+from swarm_onboard.agent.verbs.record import topics_here
 from swarm_onboard.ros1_probe.published import published
 
 from tests.onboard.ros1_probe.ros_fakes import FakeRos, served
@@ -13,8 +15,12 @@ from tests.ports import free_port
 HOMES = {"192.168.77.10": "laptop", "laptop": "laptop", "192.168.77.11": "pi", "pi": "pi"}
 
 
-def graph(master: str, host: str) -> Graph:
-    return {"module": "", "master": master, "host": host, "hub": "laptop", "homes": HOMES}
+def request(master: str, host: str, patterns: tuple[str, ...] = ("*",), **declared: str) -> Any:
+    graph = {"master": master, "host": host, "hub": "laptop", "homes": HOMES}
+    return {
+        "patterns": patterns,
+        "graph": {**graph, "declared": {f"/{one}": declared[one] for one in declared}},
+    }
 
 
 def test_every_topic_is_that_of_one_host() -> None:
@@ -38,10 +44,20 @@ def test_every_topic_is_that_of_one_host() -> None:
         {},
     )
     with served(fake.functions()) as uri:
-        assert published(graph(uri, "pi")) == ["/image", "/k3/odom"]
-        assert published(graph(uri, "laptop")) == ["/both", "/foreign", "/map", "/stale", "/tf"]
+        found = published(request(uri, "pi"))
+    assert topics_here(request(uri, "pi"), found) == ["/image", "/k3/odom"]
+    others = ["/both", "/foreign", "/map", "/stale", "/tf"]
+    assert topics_here(request(uri, "laptop"), found) == others
 
 
 def test_a_master_that_does_not_answer_is_an_error() -> None:
     with pytest.raises(FailedError):
-        published(graph(f"http://127.0.0.1:{free_port()}", "pi"))
+        published(request(f"http://127.0.0.1:{free_port()}", "pi"))
+
+
+def test_a_topic_of_the_spec_is_that_of_its_host_alone() -> None:
+    found = {"/image": {"pi"}, "/scan": {"pi", "laptop"}, "/map": {"laptop"}}
+    declared = {"image": "laptop", "scan": "pi", "silent": "pi"}
+    assert topics_here(request("", "pi", **declared), found) == ["/scan", "/silent"]
+    assert topics_here(request("", "laptop", **declared), found) == ["/image", "/map"]
+    assert topics_here(request("", "pi", ("/s*n", "/map"), **declared), found) == ["/scan"]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .recording_messages import RecordingAnswer
     from .release_store import Home
 
-SUFFIXES = (".bag", ".bag.active")  # the second while rosbag writes it
+SUFFIXES = (".bag", ".mcap", ".active")  # the last while it is written
 _STOPS_WITHIN = 60  # s
 _CODE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
@@ -45,7 +45,7 @@ def start(home: Home, account: str, seconds: float, command: Sequence[str], topi
     recorder.note(place, {**wanted, "began": time.time(), "ended": "", "status": 0, "output": ""})
     properties = {
         "User": account,
-        "Environment": f"PYTHONPATH={_CODE} PYTHONDONTWRITEBYTECODE=1",
+        "Environment": f"PYTHONPATH={_CODE} {recorder.CODE}={_CODE} PYTHONDONTWRITEBYTECODE=1",
         "KillMode": "mixed",
         "TimeoutStopSec": str(_STOPS_WITHIN),
     }
@@ -103,5 +103,5 @@ def wait_until_written(home: Home, before: Sequence[str], seconds: float) -> Rec
     output = state(home)["output"]
     raise FailedError(
         f"no bag was begun within {seconds:.0f} s{': ' if output else ''}{output}",
-        "does `swarmctl status SPEC` show the master of the island as reachable?",
+        "`swarmctl status SPEC` shows what its graph lacks",
     )

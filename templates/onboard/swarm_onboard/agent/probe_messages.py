@@ -21,9 +21,9 @@ class NodeRequest(ListenRequest, total=False):
 
 
 class GraphRequest(TypedDict):
-    """``topics`` that are bridged here; ``own``: addresses and names of this island's hosts."""
+    """``topics`` that are bridged here, null for all; ``own``: addresses and names of this island's hosts."""
 
-    topics: list[str]
+    topics: list[str] | None
     own: list[str]
 
 

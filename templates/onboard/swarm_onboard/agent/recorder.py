@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from typing import Any, Mapping
 
 STATE = ".recording.json"
+CODE = "SWARM_CODE"  # the variable with the place of this package, for a recorder that is a part of it
 # Bytes and share of the disk, of which the smaller counts: twice what `status` warns of.
 FULL_BELOW = 400 << 20, 0.10
 _LOOK = 0.25  # s

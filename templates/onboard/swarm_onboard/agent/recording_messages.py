@@ -8,7 +8,9 @@ from typing import Literal, TypedDict
 class Graph(TypedDict):
     """Where a host finds the nodes of its island: the ``module`` that looks, and what it needs to know.
 
-    ``homes``: the host by what may stand for it in the URI of a node, in lower case.
+    ``homes``: the host by what may stand for it in the URI of a node, in lower case; ``nodes``: that of each
+    node of the spec; ``awaited``: those of drivers, which a look waits for; ``declared``: the host that
+    records each topic of the spec.
     """
 
     module: str
@@ -16,10 +18,13 @@ class Graph(TypedDict):
     host: str
     hub: str
     homes: dict[str, str]
+    nodes: dict[str, str]
+    awaited: list[str]
+    declared: dict[str, str]
 
 
 class RecordRequest(TypedDict):
-    """Record ``topics``, and what nodes of this host publish that one of ``patterns`` matches (fnmatch(3)).
+    """Record what nodes of this host publish that one of ``patterns`` matches (fnmatch(3)).
 
     ``account``: who runs ``command``, to which the topics are added; ``seconds``: for how long, 0 for ever.
     """
@@ -28,7 +33,6 @@ class RecordRequest(TypedDict):
     swarm: str
     account: str
     command: list[str]
-    topics: list[str]
     patterns: list[str]
     graph: Graph
     seconds: float

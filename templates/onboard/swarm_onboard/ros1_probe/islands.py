@@ -35,7 +35,7 @@ async def look(master: str, request: GraphRequest) -> IslandsAnswer:
         raise PeerError("the master's list of types makes no sense") from None
     names = {node for side in (publishes, subscribes) for found in side.values() for node in found}
     nodes = await _places(master, names)
-    topics = [str(topic) for topic in request["topics"][:_MOST_TOPICS]]
+    topics = [str(topic) for topic in (request["topics"] or ())[:_MOST_TOPICS]]
     return {
         "publishers": {
             topic: {clipped(node): nodes.get(node, "") for node in publishes.get(topic, [])}

@@ -10,33 +10,24 @@ from swarm_onboard.common.xmlrpc import PeerError, place_of
 from swarm_onboard.ros1_probe import client
 
 if TYPE_CHECKING:
-    from typing import AbstractSet, Mapping
-
-    from swarm_onboard.agent.recording_messages import Graph
+    from swarm_onboard.agent.recording_messages import Graph, RecordRequest
 
 _AT_ONCE = 20  # calls of the master
 
 
-def published(graph: Graph) -> list[str]:
-    """Returns the topics that nodes of this host publish, and no node of another.
+def published(request: RecordRequest) -> dict[str, set[str]]:
+    """Returns the hosts of the nodes that publish each topic; an empty text for a node whose host is unknown.
 
-    All others are on the hub: those of several hosts, and of nodes whose host is unknown. Raises
-    ``FailedError`` if the master does not answer.
+    Raises ``FailedError`` if the master does not answer.
     """
+    graph = request["graph"]
     try:
         publishers, homes = asyncio.run(_publishers(graph))
     except PeerError as error:
         raise FailedError(
             f"{graph['master']} does not answer: {error}", "`swarmctl status SPEC` shows why"
         ) from error
-    return sorted(
-        topic for topic, nodes in publishers.items() if _host_of(nodes, homes, graph) == graph["host"]
-    )
-
-
-def _host_of(nodes: AbstractSet[str], homes: Mapping[str, str], graph: Graph) -> str:
-    hosts = {homes.get(node, "") for node in nodes}
-    return (hosts.pop() if len(hosts) == 1 else "") or graph["hub"]
+    return {topic: {homes.get(node, "") for node in nodes} for topic, nodes in publishers.items()}
 
 
 async def _publishers(graph: Graph) -> tuple[dict[str, set[str]], dict[str, str]]:

@@ -54,7 +54,7 @@ def _md5sum(name: str) -> str:
     if name == _HEADER:
         return _HEADER_MD5
     package, _, kind = name.partition("/")
-    definition = _share(package).joinpath("msg", f"{kind}.msg").read_text("utf-8")
+    definition = share(package).joinpath("msg", f"{kind}.msg").read_text("utf-8")
     found = md5("\n".join(_md5_lines(definition, package)).encode("utf-8")).hexdigest()
     return _CHANGED.get(found, found)
 
@@ -74,8 +74,8 @@ def _md5_lines(definition: str, package: str) -> Iterator[str]:
                 yield f"{kind}{one['array'] or ''} {one['name']}"
 
 
-def _share(package: str) -> Path:
-    """The folder of a package in the spaces of this process. Raises FileNotFoundError."""
+def share(package: str) -> Path:
+    """Returns the folder of a package in the spaces of this process. Raises FileNotFoundError."""
     for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
         folder = Path(prefix, "share", package)
         if prefix and folder.is_dir():

@@ -104,6 +104,8 @@ def fill_in(answer: GraphAnswer, graph: Graph, request: ProbeRequest) -> None:
         answer["unmatched"] = list(_unmatched(graph))[:_MOST_PAIRS]
     if request["graph"]:
         bridged = request["graph"]["topics"]
+        if bridged is None:
+            bridged = sorted({one.topic for one in graph.publishers})
         answer["graph"] = {
             "publishers": {
                 topic: {one.node: hosts.get(_host(one), "") for one in graph.publishing(topic)}
