@@ -96,7 +96,7 @@ def test_each_topic_is_in_the_file_of_its_host(pair: LabSwarm, tmp_path: Path) -
         times = [one.sec + one.nanosec / 1e9 for one in stamps]
         assert all(one < two for one, two in pairwise(times)), "no message is there twice"
         (rate,) = (one.rate for one in swarm.robots[robot].topics if one.name == "odom")
-        assert len(times) == pytest.approx((times[-1] - times[0]) * rate, rel=0.2)
+        assert len(times) == pytest.approx((times[-1] - times[0]) * rate, rel=0.5)
     shown = bags.read(tmp_path, motion_topics(swarm))
     assert (shown.troubles, shown.rows.keys()) == ([], {"koala", "k3"})
     assert all(row[1] is not None for rows in shown.rows.values() for row in rows)

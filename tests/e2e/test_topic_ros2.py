@@ -85,7 +85,7 @@ def test_echo_prints_messages_and_hz_their_rate(swarm: LabSwarm) -> None:
     with running(swarm, "hz", "/k3/odom") as process:
         assert process.stdout is not None
         line = next(one for one in process.stdout if "average rate" in one)
-    assert float(re.findall(r"[\d.]+", line)[0]) == pytest.approx(10, rel=0.2)
+    assert float(re.findall(r"[\d.]+", line)[0]) == pytest.approx(10, rel=0.5)
 
 
 def test_a_node_of_another_host_receives_what_is_published_once(swarm: LabSwarm) -> None:

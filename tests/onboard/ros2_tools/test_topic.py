@@ -120,7 +120,7 @@ def test_a_message_that_is_published_once_arrives(found: Any) -> None:
 
 def test_hz_measures_what_pub_publishes(found: Any) -> None:
     rate, more = found["rate"]
-    assert float(re.findall(r"[\d.]+", rate)[0]) == pytest.approx(20, rel=0.3)
+    assert float(re.findall(r"[\d.]+", rate)[0]) == pytest.approx(20, rel=0.5)
     assert re.fullmatch(r"\tmin: \S+s max: \S+s std dev: \S+s window: \d+\n", more)
     assert found["silence"] == "no new messages\n"
     assert found["beat ended"] == [0, "", ""]
