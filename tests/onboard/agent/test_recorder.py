@@ -22,7 +22,8 @@ def close(*_):
         file.write(" ".join(sys.argv[1:]))
     raise SystemExit
 signal.signal(signal.SIGINT, close)
-print("\\x1b[0mRecording\\x1b[0m", flush=True)
+print("\\x1b[33m[ WARN] [1.0]: slow\\x1b[0m", flush=True)
+print("\\x1b[0m[ INFO] [1.0]: Recording\\x1b[0m", flush=True)
 open("begun", "w").close()
 time.sleep(1000)
 """
@@ -45,7 +46,7 @@ def test_its_end_by_systemd_closes_the_bag(tmp_path: Path) -> None:
         running.send_signal(signal.SIGTERM)
     assert (tmp_path / "closed").read_text() == "/a /b"
     assert state(tmp_path)["ended"] == "stopped"
-    assert state(tmp_path)["output"] == "Recording", "without the colour"
+    assert state(tmp_path)["output"] == "[ WARN] [1.0]: slow", "without the colour"
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ FULL_BELOW = 400 << 20, 0.10
 _LOOK = 0.25  # s
 _CLOSES_WITHIN = 40.0  # s for a recorder to write what it still has
 _LAST = 3  # lines of its output
-_COLOUR = re.compile("\x1b\\[[0-9;]*m")  # rosconsole
+_COLOUR, _INFO = re.compile("\x1b\\[[0-9;]*m"), "[ INFO]"  # rosconsole
 
 
 def nearly_full(folder: str) -> bool:
@@ -89,7 +89,8 @@ def _read(process: subprocess.Popen[bytes], last: deque[str]) -> None:
     for raw in process.stdout:
         text = _COLOUR.sub("", raw.decode("utf-8", "replace")).strip()
         if text:
-            last.append(text)
+            if not text.startswith(_INFO):
+                last.append(text)
             sys.stdout.write(text + "\n")  # for the journal
             sys.stdout.flush()
 
