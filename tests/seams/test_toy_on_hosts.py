@@ -171,7 +171,8 @@ def test_types_and_rates_are_compared_in_their_own_names(hosts: Hosts) -> None:
     assert of(found, "driver")["k3"].message == (
         f"/pebbled_k3-pi subscribes to /k3/cmd_vel as geometry_msgs/Twist instead of {TWIST}"
     )
-    assert of(found, "topic")["/k3/odom of k3"].message == "measured 2.0 Hz of 10"
+    # Behind it stands that the processors were busy, if they were.
+    assert of(found, "topic")["/k3/odom of k3"].message.startswith("measured 2.0 Hz of 10")
     [bridge] = of(found, "bridge").values()
     assert bridge.message == f"has type nav_msgs/Odometry instead of {ODOM} at {HUB}"
     assert len(wrong(found)) == 3
