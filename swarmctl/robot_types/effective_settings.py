@@ -35,7 +35,7 @@ def command_timeout_of(*layers: RobotSettings) -> float:
 
 
 def command_type_of(*layers: RobotSettings) -> str | None:
-    """The message type of the commands of a robot, where one says it. ``layers`` as for ``merged``."""
+    """The message type of the commands of a robot, where one has it. ``layers`` as for ``merged``."""
     return next((one.command_type for one in reversed(layers) if one.command_type is not None), None)
 
 
