@@ -26,7 +26,7 @@ MONITORING_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/monitoring-t
 WORKERS := $(shell expr $$(nproc) \* 3)
 # For tests whose number of examples is chosen: without the limit of time that ends a test that hangs.
 UNLIMITED := -o faulthandler_timeout=0
-LABS := $(shell expr $$(nproc) \* 2 + 1)
+LABS := $(shell expr $$(nproc) \* 2)
 # The tests start some thousand processes: each would compile the package anew.
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)

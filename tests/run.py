@@ -20,7 +20,7 @@ from pathlib import Path
 
 import pytest
 
-MOST_ALONE = 5
+MOST_ALONE = 15
 _RAN = (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.NO_TESTS_COLLECTED)
 
 
