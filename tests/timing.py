@@ -85,14 +85,14 @@ def withheld() -> float:
     return stolen + _cpu_pressure().get("total", 0.0) / 1e6
 
 
-def wait_for_room() -> None:
+def wait_for_cpu() -> None:
     """Wait, ten minutes at most, while some process waits for a CPU nearly all the time.
 
     A lab that starts then starves those that run: their nodes and probes come too late.
     """
     end = time.monotonic() + 10 * PATIENCE
     while _cpu_pressure().get("avg10", 0.0) > FULL and time.monotonic() < end:
-        time.sleep(random.uniform(5, 15))  # of several that wait, one sees the room first
+        time.sleep(random.uniform(5, 15))  # of several that wait, one comes first
 
 
 def _cpu_pressure() -> dict[str, float]:

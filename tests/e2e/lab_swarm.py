@@ -25,7 +25,7 @@ from tests.e2e.forked import Process, console_script
 from tests.e2e.pose import Pose, printed
 from tests.e2e.ros_commands import Ros1, Ros2, RosCommands
 from tests.loading import load_swarm
-from tests.timing import PATIENCE, wait_for_room
+from tests.timing import PATIENCE, wait_for_cpu
 
 SWARMCTL = Path(sys.executable).with_name("swarmctl")
 SWARM = "newswarm"
@@ -369,7 +369,7 @@ class LabSwarm:
 @contextmanager
 def lab_of(name: str, spec: Path, folder: Path, *options: str) -> Iterator[LabSwarm]:
     """A lab of the spec's hosts, gone again on leaving, however it is left."""
-    wait_for_room()
+    wait_for_cpu()
     swarm = LabSwarm(name, spec, folder)
     with ExitStack() as stack:
         stack.callback(swarm.down)
