@@ -40,7 +40,7 @@ help: ## show the targets
 demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it; ROS=2 for the one of ROS 2
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" ROS=$(ROS) examples/paper-leader/demo.sh
 
-test: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools lint ## lint, then every test; what fails is run once more, alone
+test: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools lint ## lint, then every test; a file with failures is run once more, alone
 	$(BIN)/python -m tests.run --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
 test-all: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools page-tools lint power-cuts unsynced races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab

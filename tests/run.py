@@ -1,9 +1,8 @@
-"""``python -m tests.run``: every test, in two parts; what failed is run once more, alone.
+"""``python -m tests.run``: every test, in two parts; each file with a failure is run once more, alone.
 
-A test that fails alone as well fails the run, and so do more than `MOST_ALONE` causes. Tests whose shared
-fixture failed have one cause, and are run once more together. Those that pass only alone are listed and added
-to ``build/alone.txt``, with the commit. ``build/tested`` is the commit of the last run of all tests that
-passed.
+Its tests may share a lab, and build on each other. A test that fails then as well fails the run, and so do
+more than `MOST_ALONE` files. Tests that pass only alone are listed and added to ``build/alone.txt``, with the
+commit. ``build/tested`` is the commit of the last run of all tests that passed.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,10 +25,10 @@ _RAN = (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.NO_TES
 
 @dataclass
 class Outcomes:
-    """What became of the tests; ``failed`` has the cause of each, ``skipped`` the reason."""
+    """What became of the tests; ``skipped`` has the reason of each."""
 
     passed: set[str] = field(default_factory=set)
-    failed: dict[str, str] = field(default_factory=dict)
+    failed: set[str] = field(default_factory=set)
     skipped: dict[str, str] = field(default_factory=dict)
     complete: bool = True  # all tests were collected, and pytest ended by itself
 
@@ -38,20 +37,20 @@ class Outcomes:
         for report in reports:
             test, outcome = str(report.get("nodeid")), report.get("outcome")
             if outcome == "failed":
-                self.failed.setdefault(test, _cause(test, report))
+                self.failed.add(test)
                 self.complete &= report["$report_type"] == "TestReport"
             elif outcome == "skipped" and report["$report_type"] == "TestReport":
                 self.skipped[test] = _reason(report.get("longrepr"))
             elif report.get("when") == "call":
                 self.passed.add(test)
-        self.passed -= self.failed.keys()
+        self.passed -= self.failed
 
-    def by_cause(self) -> list[list[str]]:
-        """The tests that failed, those of one cause together."""
-        causes: dict[str, list[str]] = {}
-        for test, cause in sorted(self.failed.items()):
-            causes.setdefault(cause, []).append(test)
-        return list(causes.values())
+    def failed_by_file(self) -> dict[str, set[str]]:
+        """The tests that failed, by file."""
+        found: dict[str, set[str]] = {}
+        for test in sorted(self.failed):
+            found.setdefault(test.partition("::")[0], set()).add(test)
+        return found
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -67,15 +66,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for part in (fast, lab):
         _run([*part, *rest], outcomes)
     alone: set[str] = set()
-    if len(causes := outcomes.by_cause()) <= MOST_ALONE:
-        for tests in causes:
+    if len(files := outcomes.failed_by_file()) <= MOST_ALONE:
+        for file, tests in files.items():
             again = Outcomes()
-            print("== once more, alone:", *tests, flush=True)
-            _run(tests, again)
-            if again.complete and again.passed >= set(tests):
-                alone.update(tests)
-    for test in alone:
-        del outcomes.failed[test]
+            print("== once more, alone:", file, flush=True)
+            _run([file, *([] if given.all else ["-m", "not slow"])], again)
+            if again.complete and again.passed >= tests and not again.failed:
+                alone |= tests
+    outcomes.failed -= alone
     outcomes.passed |= alone
     green = outcomes.complete and bool(outcomes.passed) and not outcomes.failed
     _keep(alone, commit if green and not rest else "")
@@ -89,14 +87,6 @@ def _run(options: Sequence[str], outcomes: Outcomes) -> None:
         status = subprocess.run(argv, check=False).returncode
         outcomes.read(map(json.loads, Path(log.name).read_text("utf-8").splitlines()))
     outcomes.complete &= status in _RAN
-
-
-def _cause(test: str, report: Mapping[str, object]) -> str:
-    """The error of a fixture, which tests of one file can share; of all else, the test itself."""
-    longrepr = report.get("longrepr")
-    if report.get("when") == "setup" and isinstance(longrepr, dict) and longrepr.get("reprcrash"):
-        return f"{test.partition('::')[0]} {longrepr['reprcrash']}"
-    return test
 
 
 def _reason(longrepr: object) -> str:

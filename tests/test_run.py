@@ -24,18 +24,17 @@ def test_flaky(name):
     mark.touch()
     assert seen
 """
-#: Its tests share a fixture that fails in its first run only.
-SHARED = """
+#: Its tests build on the first; the second fails in its first run only.
+STEPS = """
 from pathlib import Path
-import pytest
-@pytest.fixture(scope="module")
-def shared():
+done = []
+def test_first(): done.append(1)
+def test_second():
+    assert done
     mark = Path(__file__).with_suffix(".0")
     seen = mark.exists()
     mark.touch()
     assert seen
-@pytest.mark.parametrize("name", range(20))
-def test_shares(shared, name): pass
 """
 LAB = "import pytest\n@pytest.mark.lab\ndef test_lab(): pass\n"
 
@@ -79,11 +78,11 @@ def test_what_passes_alone_is_listed_and_kept(tmp_path: Path) -> None:
     assert alone.splitlines()[0] == f"{commit} test_flaky.py::test_flaky[0]"
 
 
-def test_many_of_one_fixture_are_one_cause(tmp_path: Path) -> None:
-    status, lines = ran(tmp_path, passes=PASSES, shared=SHARED, lab=LAB)
+def test_a_file_is_run_once_more_as_a_whole(tmp_path: Path) -> None:
+    status, lines = ran(tmp_path, passes=PASSES, steps=STEPS, lab=LAB)
     assert status == 0
-    assert lines[-1] == "22 passed, 0 failed, 0 skipped"
-    assert "  test_shared.py::test_shares[19]" in lines
+    assert lines[-1] == "4 passed, 0 failed, 0 skipped"
+    assert "  test_steps.py::test_second" in lines
 
 
 def test_what_fails_again_fails_the_run_after_both_parts(tmp_path: Path) -> None:
@@ -94,7 +93,8 @@ def test_what_fails_again_fails_the_run_after_both_parts(tmp_path: Path) -> None
 
 
 def test_many_that_would_pass_alone_fail_the_run(tmp_path: Path) -> None:
-    status, lines = ran(tmp_path, passes=PASSES, flaky=FLAKY.format(count=MOST_ALONE + 1))
+    many = {f"flaky{number}": FLAKY.format(count=1) for number in range(MOST_ALONE + 1)}
+    status, lines = ran(tmp_path, passes=PASSES, **many)
     assert status == 1
     assert lines[-1] == f"1 passed, {MOST_ALONE + 1} failed, 0 skipped"
 
