@@ -71,10 +71,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             again = Outcomes()
             print("== once more, alone:", file, flush=True)
             _run([file, *([] if given.all else ["-m", "not slow"])], again)
-            if again.complete and again.passed >= tests and not again.failed:
+            if again.complete and again.passed >= tests:
                 alone |= tests
+            outcomes.failed |= again.failed
     outcomes.failed -= alone
-    outcomes.passed |= alone
+    outcomes.passed = (outcomes.passed | alone) - outcomes.failed
     green = outcomes.complete and bool(outcomes.passed) and not outcomes.failed
     _keep(alone, commit if green and not rest else "")
     print("\n".join(_summary(outcomes, alone)), flush=True)

@@ -85,6 +85,14 @@ def test_a_file_is_run_once_more_as_a_whole(tmp_path: Path) -> None:
     assert "  test_steps.py::test_second" in lines
 
 
+def test_what_fails_only_then_fails_the_run(tmp_path: Path) -> None:
+    turned = "assert seen", "assert not seen"
+    later = FLAKY.format(count=1).replace("test_flaky", "test_later").replace(*turned)
+    status, lines = ran(tmp_path, both=FLAKY.format(count=1) + later.replace('f".{name}"', '".9"'))
+    assert status == 1
+    assert lines[-2:] == ["  test_both.py::test_later[0]", "1 passed, 1 failed, 0 skipped"]
+
+
 def test_what_fails_again_fails_the_run_after_both_parts(tmp_path: Path) -> None:
     status, lines = ran(tmp_path, passes=PASSES, fails=FAILS, lab=LAB)
     assert status == 1

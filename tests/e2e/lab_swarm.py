@@ -221,14 +221,7 @@ class LabSwarm:
 
     def shell_argv(self, host: str, command: str) -> list[str]:
         ssh, *rest = lab.ssh_argv(self.name, host, [f"bash -c {quoted(command)}"])
-        shared = (
-            "-o",
-            "ControlMaster=auto",
-            "-o",
-            f"ControlPath={self._control(host)}",
-            "-o",
-            "ControlPersist=60",
-        )
+        shared = ("-oControlMaster=auto", f"-oControlPath={self._control(host)}", "-oControlPersist=60")
         return ["nsenter", f"--net={self._namespace}", ssh, *shared, *rest]
 
     def _control(self, host: str) -> Path:
