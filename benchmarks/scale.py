@@ -77,8 +77,8 @@ def recorded(wanted: Mapping[str, Bundle], folder: Path) -> dict[str, object]:
     """What an agent answers to `plan`: its host has everything, and the release that the request names."""
     needs = {need for bundle in wanted.values() for need in (*bundle.asks, *bundle.wants)}
     answer = FakeHost(folder / "host").observe()
-    answer["facts"]["has"] = dict.fromkeys(sorted(needs), "/usr/bin/true")
-    return {**answer, "release": None}
+    facts = answer.facts._replace(has=dict.fromkeys(sorted(needs), "/usr/bin/true"))
+    return answer._replace(facts=facts, release=None)._asdict()
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.host_list_messages import HostLogin as StoredLogin
+    from swarm_onboard.agent.host_list import HostLogin as StoredLogin
 
     from swarmctl.deploy.host_lists import HostLists, LeftHost
     from swarmctl.spec.host_login import HostLogin
@@ -25,13 +25,9 @@ class WithLeftHosts:
 
 def stored_login(host: Host) -> StoredLogin:
     """Returns how the spec reaches a host, as the journal and the hosts store it."""
-    return {
-        "address": host.address,
-        "user": host.user,
-        "port": host.port,
-        "via": host.via,
-        "declared": sorted(host.declared),
-    }
+    from swarm_onboard.agent.host_list import HostLogin
+
+    return HostLogin(host.address, host.user, host.port, host.via, sorted(host.declared))
 
 
 def lists_of(swarm: Swarm) -> HostLists:
@@ -63,10 +59,10 @@ def left_hosts(swarm: Swarm, lists: HostLists, *, in_lab: bool) -> tuple[dict[st
 
 
 def _left(name: str, login: StoredLogin, named_by: str) -> LeftHost:
-    declared = frozenset(login["declared"])
     from swarmctl.deploy.host_lists import LeftHost
 
-    return LeftHost(name, login["address"], login["user"], login["port"], login["via"], declared, named_by)
+    declared = frozenset(login.declared)
+    return LeftHost(name, login.address, login.user, login.port, login.via, declared, named_by)
 
 
 def with_left(swarm: Swarm, left: Mapping[str, LeftHost]) -> WithLeftHosts:

@@ -20,7 +20,8 @@ from swarmctl.views import recordings as view
 from swarmctl.views.escape import printable
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.recording_messages import RecordingAnswer, RecordRequest
+    from swarm_onboard.agent.bags import Recording
+    from swarm_onboard.agent.verbs.record import Request
 
 R = TypeVar("R")
 
@@ -66,13 +67,13 @@ class RecordingHosts:
         recording, error = one.recording, self._errors.get(host)
         return {
             "host": host,
-            "topics": recording["topics"] if recording else [],
-            "ended": recording["ended"] if recording else "",
+            "topics": recording.topics if recording else [],
+            "ended": recording.ended if recording else "",
             "bags": [str(place) for place in one.bags],
             "error": error and error.to_json(),
         }
 
-    def start(self, requests: Mapping[str, RecordRequest]) -> Mapping[str, Sequence[str]]:
+    def start(self, requests: Mapping[str, Request]) -> Mapping[str, Sequence[str]]:
         """Starts the recordings; returns the topics that are recorded by host."""
         found: dict[str, list[str]] = {}
         targets = [one for one in self._targets if one.host in requests]
@@ -81,8 +82,8 @@ class RecordingHosts:
         for host, result in self._results(starting, "starting"):
             if error := result if isinstance(result, HostError) else self._failure(host, result):
                 self._fail(host, error)
-            elif not isinstance(result, HostError) and result["topics"]:
-                found[host] = result["topics"]
+            elif not isinstance(result, HostError) and result.topics:
+                found[host] = result.topics
                 console.show(f"{host}  records {len(found[host])} topics", error=True)
         self._targets = [one for one in targets if one.host in found]
         return found
@@ -143,14 +144,14 @@ class RecordingHosts:
                         f"{event.host}  not connected, trying again: {printable(event.text)}", error=True
                     )
 
-    def _failure(self, host: str, recording: RecordingAnswer) -> HostError | None:
+    def _failure(self, host: str, recording: Recording) -> HostError | None:
         """Why a recorder has failed; None if it has not."""
-        if recording["ended"] != "failed":
+        if recording.ended != "failed":
             return None
         middleware = middleware_at(self._swarm, host)
-        status, package = recording["status"], middleware.bag_recorder.package
+        status, package = recording.status, middleware.bag_recorder.package
         return ros_tools.lack(host, status, self._swarm.name, package, package, middleware) or HostError(
-            Kind.FAILED, f"{package} ended with exit code {status}: {recording['output']}"
+            Kind.FAILED, f"{package} ended with exit code {status}: {recording.output}"
         )
 
     def _fail(self, host: str, error: HostError) -> None:

@@ -103,7 +103,8 @@ class Parts:
 
         name, targets = self.expected.swarm.name, list(self.targets.values())
         found = self._answered(histories(name, targets, self.transport, parallel=self.parallel))
-        return [run.to_json() for run in runs(found)]
+        logs = {host: one.entries for host, one in found.items()}
+        return [run.to_json() for run in runs(logs)]
 
     def _answered(self, events: Iterable[Event[_Result]]) -> dict[str, _Result]:
         from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of

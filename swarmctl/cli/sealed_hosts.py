@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -31,10 +31,7 @@ def reached(spec: SpecFiles, *, lab: bool, lab_name: str) -> tuple[Swarm, PinFil
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     way = transport()
 
-    def exchange(requests: Mapping[str, Mapping[str, Any]]) -> Any:
-        return exchanged(swarm.name, requests, targets, way)
-
-    return swarm, pins, exchange
+    return swarm, pins, lambda requests: exchanged(requests, targets, way)
 
 
 def show_errors(errors: Mapping[str, HostError], result: str) -> None:

@@ -35,6 +35,7 @@ def pin(
 
     A key that another one takes the place of is retired. Expelled hosts are left out unless replaceable.
     """
+    from swarm_onboard.agent.verbs.wireguard_key import Request
     from swarm_onboard.tunnel.keys import line
 
     from swarmctl.cli.ssh_targets import transport
@@ -50,8 +51,8 @@ def pin(
         for host in hosts
         if host in before.live or host not in before.retired or host in replaceable
     }
-    found = exchanged(swarm.name, {host: {} for host in wanted}, wanted, transport())
-    keys = {host: one["public"] for host, one in found.items() if not isinstance(one, HostError)}
+    found = exchanged(dict.fromkeys(wanted, Request(swarm.name)), wanted, transport())
+    keys = {host: one.public for host, one in found.items() if not isinstance(one, HostError)}
     failed = {host: one for host, one in found.items() if isinstance(one, HostError)}
     changed, fresh, lines = [], [], ""
     for host, key in keys.items():

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from swarm_onboard.agent.history_messages import ChangeEntry, CommandRecordAnswer, CommandRecordRequest
+from swarm_onboard.agent.audit import ChangeEntry
+from swarm_onboard.agent.verbs import command_record, history
 from swarm_onboard.common.record_chain import Head
 
-from swarmctl.deploy.histories import history
 from swarmctl.plan.command_history import Record, read
 from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote.ask import ask
 from swarmctl.remote.parallel_hosts import Event
-from swarmctl.remote.transport import AgentSession, Session, Target, Transport
+from swarmctl.remote.transport import Session, Target, Transport
 
 _VERBS = ("history", "command_record")
 _MOST_ROBOTS = 100  # of one host
@@ -42,14 +43,12 @@ def command_records(
     def work(session: Session, target: Target, note: object) -> HostRecords:
         with agent_client.agent_session(session, verbs=_VERBS) as host:
             before = seen[target.host]
-            names = sorted({*_ask(host, swarm, "")["robots"][:_MOST_ROBOTS], *before})
-            robots = {name: read(_ask(host, swarm, name)["text"], before.get(name)) for name in names}
-            return HostRecords(history(host, swarm)["entries"], robots)
+            there = ask(host, command_record.handle, command_record.Request(swarm)).robots
+            robots = {}
+            for name in sorted({*there[:_MOST_ROBOTS], *before}):
+                lines = ask(host, command_record.handle, command_record.Request(swarm, name)).text
+                robots[name] = read(lines, before.get(name))
+            changes = ask(host, history.handle, history.Request(swarm)).entries
+            return HostRecords(changes, robots)
 
     return parallel_hosts.run(targets, work, transport=transport, parallel=parallel)
-
-
-def _ask(host: AgentSession, swarm: str, robot: str) -> CommandRecordAnswer:
-    request: CommandRecordRequest = {"verb": "command_record", "swarm": swarm, "robot": robot}
-    answer: CommandRecordAnswer = host.request(request)
-    return answer

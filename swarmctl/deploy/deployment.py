@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from itertools import chain
 
-from swarm_onboard.agent.messages import UnitState
+from swarm_onboard.agent.systemd import UnitState
 
 from swarmctl.deploy.deploy_rules import Rules
 from swarmctl.deploy.held_hosts import held, locked_ones, why

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from swarm_onboard.agent.messages import FlashAnswer, FlashRequest
+from swarm_onboard.agent.verbs import flash as flash_verb
 
 from swarmctl.firmware import avrdude
 from swarmctl.remote import agent_client, operators, parallel_hosts
+from swarmctl.remote.ask import ask
 from swarmctl.remote.transport import AgentSession, HostError, Session, Target, Transport
 
 VERBS = ("flash",)
@@ -72,20 +73,20 @@ def _flashed(
     host: AgentSession, job: Job, note: Callable[[str], None], stop_robots: bool
 ) -> Flashed | HostError:
     files = job.writing.files
-    request: FlashRequest = {
-        "verb": "flash",
-        "swarm": job.swarm,
-        "who": operators.this_one(),
-        "stop_robots": stop_robots,
-        "unit": job.unit,
-        "port": job.port,
-        "files": [[name, len(content)] for name, content in files.items()],
-        "write": list(job.writing.command),
-        "digest": job.digest,
-        "patience": PATIENCE,
-    }
+    request = flash_verb.Request(
+        job.swarm,
+        job.unit,
+        job.port,
+        [[name, len(content)] for name, content in files.items()],
+        list(job.writing.command),
+        job.digest,
+        PATIENCE,
+        who=operators.this_one(),
+        stop_robots=stop_robots,
+    )
+    payload = b"".join(files.values())
     try:
-        answer: FlashAnswer = host.request(request, b"".join(files.values()), on_note=note, timeout=_TIMEOUT)
+        answer = ask(host, flash_verb.handle, request, payload, on_note=note, timeout=_TIMEOUT)
     except HostError as error:
         return error
-    return Flashed(answer["runs"], answer["logged"])
+    return Flashed(answer.runs, answer.logged)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, closing
 
-from swarm_onboard.agent.host_list_messages import HostListAnswer, HostListRequest
+from swarm_onboard.agent.verbs import host_list
 
-from swarmctl.deploy.host_lists import HostLists, Wanted, read_host_list
+from swarmctl.deploy.host_lists import HostLists, Wanted, objects
 from swarmctl.remote import agent_client, operators, parallel_hosts
+from swarmctl.remote.ask import ask, ask_each
 from swarmctl.remote.connections import Connections
-from swarmctl.remote.parallel_hosts import Finished, Skipped, Stop, result_of
-from swarmctl.remote.transport import HostError, Session, Target, Transport
+from swarmctl.remote.parallel_hosts import Stop, results_of
+from swarmctl.remote.transport import HostError, Target, Transport
 
 _VERBS = ("host_list",)
 Opens = Callable[[], AbstractContextManager[Transport]]
@@ -22,20 +23,14 @@ def read_all(
 ) -> Mapping[str, HostError]:
     """Reads the list of every host. Returns the errors of those that do not give it."""
 
-    def work(session: Session, target: Target, note: object) -> HostListAnswer:
-        with agent_client.agent_session(session, verbs=_VERBS) as host:
-            return read_host_list(host, lists.swarm)
-
-    errors: dict[str, HostError] = {}
+    chosen = {target.host: target for target in targets}
+    requests = dict.fromkeys(chosen, host_list.Request(lists.swarm))
     with opens() as transport:
-        for event in parallel_hosts.run(list(targets), work, transport=transport, parallel=parallel):
-            if isinstance(event, Finished | Skipped):
-                found = result_of(event)
-                if isinstance(found, HostError):
-                    errors[event.host] = found
-                else:
-                    lists.take(event.host, found)
-    return errors
+        results = results_of(ask_each(host_list.handle, requests, chosen, transport, parallel=parallel))
+    for host, found in results.items():
+        if not isinstance(found, HostError):
+            lists.take(host, found)
+    return {host: found for host, found in results.items() if isinstance(found, HostError)}
 
 
 def write_all_anew(
@@ -62,22 +57,19 @@ def write_all(
     parallel: int,
 ) -> Mapping[str, HostError]:
     """Stores a list on hosts. Returns the errors of those that keep another one."""
-    request: HostListRequest = {
-        "verb": "host_list",
-        "swarm": lists.swarm,
-        "who": operators.this_one(),
-        "wait": 2,
-        "epoch": lists.epoch,
-        "hosts": wanted[0],
-        "gone": wanted[1],
-        "forgotten": sorted(forgotten),
-        "txid": agent_client.new_txid(),
-    }
+    request = host_list.Request(
+        lists.swarm,
+        objects(wanted[0]),
+        wanted[1],
+        lists.epoch,
+        sorted(forgotten),
+        agent_client.new_txid(),
+        who=operators.this_one(),
+    )
 
     def work(target: Target, note: object) -> None:
         with connections.agent_session(target) as host:
-            host.request(request)
+            ask(host, host_list.handle, request)
 
     events = parallel_hosts.each(list(targets), work, parallel=parallel, stop=Stop())
-    results = {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}
-    return {host: one for host, one in results.items() if isinstance(one, HostError)}
+    return {host: one for host, one in results_of(events).items() if isinstance(one, HostError)}

@@ -11,17 +11,11 @@ import time
 from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
-from swarm_onboard.agent.host_list import digest_of
-from swarm_onboard.agent.host_list_messages import (
-    HostListAnswer,
-    HostListRequest,
-    HostListState,
-)
-from swarm_onboard.agent.host_list_messages import (
-    HostLogin as StoredLogin,
-)
+from swarm_onboard.agent.host_list import HostList, HostListState, digest_of
+from swarm_onboard.agent.host_list import HostLogin as StoredLogin
 
 from swarmctl.field_types import HostName
 from swarmctl.plan.observed_host import Observed
@@ -60,32 +54,36 @@ class HostLists:
     swarm: str
     spec: Mapping[str, StoredLogin]
     _seen: dict[str, HostListState] = field(default_factory=dict)  # by host
-    _read: dict[str, HostListAnswer] = field(default_factory=dict)  # by digest
+    _read: dict[str, HostList] = field(default_factory=dict)  # by digest
     _fetched: set[str] = field(default_factory=set)  # digests
     _reading: threading.Lock = field(default_factory=threading.Lock)
 
     def __post_init__(self) -> None:
-        own: HostListAnswer = {"epoch": 0, "hosts": dict(self.spec), "gone": {}}
-        self._read[digest_of(own["hosts"], {})] = own
+        own = HostList(0, dict(self.spec), {})
+        self._read[_digest(own.hosts, {})] = own
 
     def read(self, agent: AgentSession, host: str, observed: Observed) -> None:
         """Reads the list of one host, unless an equal one is known."""
+        from swarm_onboard.agent.verbs import host_list  # noqa: PLC0415  (`plan --offline` asks no host)
+
+        from swarmctl.remote.ask import ask  # noqa: PLC0415
+
         state = observed.host_list
         if state is None:
             return
         with self._reading:
             self._seen[host] = state
-            known = state["digest"] in self._read or state["digest"] in self._fetched
+            known = state.digest in self._read or state.digest in self._fetched
             if known or len(self._fetched) >= _MOST:
                 return
-            self._fetched.add(state["digest"])
+            self._fetched.add(state.digest)
         with suppress(HostError):  # a lost connection shows with the next request
-            self.take(host, read_host_list(agent, self.swarm))
+            self.take(host, ask(agent, host_list.handle, host_list.Request(self.swarm)))
 
-    def take(self, host: str, answer: HostListAnswer) -> None:
+    def take(self, host: str, answer: HostList) -> None:
         """Takes the list of one host."""
-        digest = digest_of(answer["hosts"], answer["gone"])
-        self._seen[host] = {"epoch": answer["epoch"], "digest": digest}
+        digest = _digest(answer.hosts, answer.gone)
+        self._seen[host] = HostListState(answer.epoch, digest)
         self._read.setdefault(digest, answer)
 
     @property
@@ -100,7 +98,7 @@ class HostLists:
     @property
     def epoch(self) -> int:
         """The epoch of a list that is written now."""
-        return max(int(time.time()), *(_time(one["epoch"]) + 1 for one in self._seen.values()), 1)
+        return max(int(time.time()), *(_time(one.epoch) + 1 for one in self._seen.values()), 1)
 
     @property
     def hosts(self) -> list[str]:
@@ -112,7 +110,7 @@ class HostLists:
     ) -> Wanted:
         """Returns the list that hosts should have: those that left but for the ``gone``, and those of the
         spec that are ``deployed``, named already, or not ``chosen`` by this run, which does not know them."""
-        named = {name for one in self._lists() for name in one[2]["hosts"]}
+        named = {name for one in self._lists() for name in one[2].hosts}
         left = {name: login for name, login in self.left.items() if name not in gone}
         hosts = left | {
             name: login
@@ -125,16 +123,16 @@ class HostLists:
 
     def outdated(self, hosts: Iterable[str], wanted: Wanted) -> list[str]:
         """Returns those of the hosts whose list is another one."""
-        digest = digest_of(*wanted)
-        return [host for host in hosts if host not in self._seen or self._seen[host]["digest"] != digest]
+        digest = _digest(*wanted)
+        return [host for host in hosts if host not in self._seen or self._seen[host].digest != digest]
 
-    def _lists(self) -> list[tuple[int, str, HostListAnswer]]:
+    def _lists(self) -> list[tuple[int, str, HostList]]:
         """The lists that were read, with epoch and host, the oldest first."""
         return sorted(
             (
-                (_time(one["epoch"]), host, self._read[one["digest"]])
+                (_time(one.epoch), host, self._read[one.digest])
                 for host, one in self._seen.items()
-                if one["digest"] in self._read
+                if one.digest in self._read
             ),
             key=lambda one: one[:2],
         )
@@ -142,20 +140,20 @@ class HostLists:
     def _gone(self) -> dict[str, int]:
         found: dict[str, int] = {}
         for _, _, one in self._lists():
-            for name, at in one["gone"].items():
+            for name, at in one.gone.items():
                 found[name] = max(found.get(name, 0), _time(at))
         return found
 
     def _left(self) -> dict[str, tuple[int, str, StoredLogin]]:
         gone = self._gone()
-        taken = {one["address"] for one in self.spec.values()}
+        taken = {one.address for one in self.spec.values()}
         return {
             name: (epoch, host, login)
             for epoch, host, one in self._lists()
-            for name, login in one["hosts"].items()
+            for name, login in one.hosts.items()
             if name not in self.spec
             and epoch > gone.get(name, -1)
-            and login["address"] not in taken
+            and login.address not in taken
             and _is_valid(name, login)
         }
 
@@ -169,15 +167,17 @@ def _is_valid(name: str, login: StoredLogin) -> bool:
     """True if a spec could have this host: what it names goes into commands of ``~/.ssh/config``."""
     try:
         TypeAdapter(HostName).validate_python(name)
-        via = None if login["via"] is None else TypeAdapter(HostName).validate_python(login["via"])
-        Host(address=login["address"], user=login["user"], port=login["port"], via=via)
+        via = None if login.via is None else TypeAdapter(HostName).validate_python(login.via)
+        Host(address=login.address, user=login.user, port=login.port, via=via)
     except ValidationError:
         return False
     return True
 
 
-def read_host_list(agent: AgentSession, swarm: str) -> HostListAnswer:
-    """Returns the list of a host. Raises ``HostError``."""
-    request: HostListRequest = {"verb": "host_list", "swarm": swarm}
-    answer: HostListAnswer = agent.request(request)
-    return answer
+def objects(hosts: Mapping[str, StoredLogin]) -> dict[str, dict[str, Any]]:
+    """Returns the logins as hosts keep them."""
+    return {name: login._asdict() for name, login in hosts.items()}
+
+
+def _digest(hosts: Mapping[str, StoredLogin], gone: Mapping[str, int]) -> str:
+    return digest_of(objects(hosts), gone)

@@ -10,22 +10,18 @@ import time
 from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, TypeVar
+from typing import TypeVar
 
-from swarm_onboard.agent.messages import (
-    ApplyAnswer,
-    ApplyRequest,
-    ConfirmRequest,
-    HoldAnswer,
-    HoldRequest,
-    UnitState,
-)
 from swarm_onboard.agent.record import REMOVING
+from swarm_onboard.agent.systemd import UnitState
+from swarm_onboard.agent.transaction import Applied
+from swarm_onboard.agent.verbs import apply, confirm, hold, undo
 
 from swarmctl.deploy.observe_host import offer
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.remote import agent_client, operators
+from swarmctl.remote.ask import ask
 from swarmctl.remote.parallel_hosts import Stop
 from swarmctl.remote.transport import AgentSession, HostError
 from swarmctl.remote.transport import Kind as ErrorKind
@@ -86,28 +82,28 @@ class HostTransaction:
         last = observed.transaction
         if last is None or not observed.unfinished:
             return False
-        if last["state"] == REMOVING:
+        if last.state == REMOVING:
             raise HostError(
                 ErrorKind.REFUSED,
                 observed.unfinished,
                 "run the same command again once it is; `swarmctl remove` finishes an interrupted one",
             )
-        if last["left"] and last["next"] == self.release:
+        if last.left and last.next == self.release:
             self.note("confirming what an earlier run has applied")
-            self._hold(host, last["txid"])
+            self._hold(host, last.txid)
             self.log_in()
-            self._confirm(host, last["txid"])
+            self._confirm(host, last.txid)
             return True
-        if last["left"] and not _ours(last["who"]):
+        if last.left and not _ours(last.who):
             raise HostError(
                 ErrorKind.REFUSED,
-                f"locked by {last['who']}, whose deploy waits for its confirmation",
-                f"run the same command again; it is confirmed or undone within {last['left']:.0f} s",
+                f"locked by {last.who}, whose deploy waits for its confirmation",
+                f"run the same command again; it is confirmed or undone within {last.left:.0f} s",
             )
         # An agent whose connection this operator has lost may still be at work; another operator's is not.
-        patience = _LOCK_WAIT if _ours(last["who"]) else _OTHERS_WAIT
+        patience = _LOCK_WAIT if _ours(last.who) else _OTHERS_WAIT
         self.note("undoing what an earlier deploy has left")
-        self._undo(host, last["txid"], pending=bool(last["left"]), wait=patience)
+        self._undo(host, last.txid, pending=bool(last.left), wait=patience)
         return True
 
     def commit(self, host: AgentSession, plan: HostPlan, kept: Collection[str]) -> Mapping[str, UnitState]:
@@ -137,11 +133,11 @@ class HostTransaction:
                 raise
             lost = error  # the agent may have begun, and goes on
 
-        def hold(host: AgentSession) -> Mapping[str, UnitState]:
+        def held(host: AgentSession) -> Mapping[str, UnitState]:
             return self._hold(host, txid)
 
         try:
-            return txid, self._reached(hold, first=None if lost else lambda: hold(host))
+            return txid, self._reached(held, first=None if lost else lambda: held(host))
         except HostError as error:
             raise (lost if lost and error.kind is ErrorKind.REFUSED else error) from error
 
@@ -153,7 +149,7 @@ class HostTransaction:
         """
         begun = time.monotonic()
 
-        def confirm(host: AgentSession) -> None:
+        def confirmed(host: AgentSession) -> None:
             self.log_in()  # after the units have kept running: what locks us out may take some s to begin
             waited = time.monotonic() - begun
             try:
@@ -163,7 +159,7 @@ class HostTransaction:
                     raise
                 raise _explained(error, waited) from error
 
-        self._reached(confirm, first=(lambda: confirm(host)) if host else None, anew=False)
+        self._reached(confirmed, first=(lambda: confirmed(host)) if host else None, anew=False)
 
     def undo(self, txid: str) -> None:
         """Undoes a change that waits for its confirmation. Raises ``HostError``."""
@@ -173,7 +169,7 @@ class HostTransaction:
         """Has the host execute a change of files alone; a new connection shows the result of a lost one."""
         txid = agent_client.new_txid()
         try:
-            self._check(self._apply(host, txid, plan, kept)["release"])
+            self._check(self._apply(host, txid, plan, kept).release)
         except HostError as lost:
             if lost.kind not in (ErrorKind.LOST, ErrorKind.PROTOCOL):
                 raise
@@ -182,40 +178,35 @@ class HostTransaction:
             except HostError as error:
                 raise (lost if error.kind is ErrorKind.REFUSED else error) from error
 
-    def _apply(self, host: AgentSession, txid: str, plan: HostPlan, kept: Collection[str]) -> ApplyAnswer:
+    def _apply(self, host: AgentSession, txid: str, plan: HostPlan, kept: Collection[str]) -> Applied:
         due = plan.targets(Kind.SECRET)
         values = offer(due, self.secrets) if due else b""
-        request: ApplyRequest = {
-            "verb": "apply",
-            "swarm": self.bundle.swarm,
-            "txid": txid,
-            "who": operators.this_one(),
-            "run": self.run,
-            "previous": plan.previous,
-            "next": plan.next,
-            "stop": list(plan.targets(Kind.STOP)),
-            "start": list(plan.targets(Kind.START)),
-            "restart": list(plan.targets(Kind.RESTART)),
-            "reload": list(plan.targets(Kind.RELOAD)),
-            "reload_units": list(plan.targets(Kind.RELOAD_UNIT)),
-            "files_only": plan.files_only,
-            "confirm_within": 0.0 if plan.files_only else self.terms.confirm_within,
-            "secrets": len(values),
-            "stop_robots": self.stop_robots,
-        }
-        if plan.targets(Kind.KEY):
-            request["wireguard_keys"] = self.bundle.wireguard_keys
+        request = apply.Request(
+            self.bundle.swarm,
+            txid,
+            plan.previous,
+            plan.next,
+            stop=plan.targets(Kind.STOP),
+            start=plan.targets(Kind.START),
+            restart=plan.targets(Kind.RESTART),
+            reload=plan.targets(Kind.RELOAD),
+            reload_units=plan.targets(Kind.RELOAD_UNIT),
+            confirm_within=0.0 if plan.files_only else self.terms.confirm_within,
+            secrets=len(values),
+            files_only=plan.files_only,
+            wireguard_keys=self.bundle.wireguard_keys if plan.targets(Kind.KEY) else "",
+            who=operators.this_one(),
+            run=self.run,
+            stop_robots=self.stop_robots,
+        )
         archive = agent_client.pack(
             self.bundle.manifest_bytes,
             {file.path: (file.content, file.mode) for file in self.bundle.files if file.digest not in kept},
         )
-        return self._ask(host, request, values + archive)
-
-    def _ask(self, host: AgentSession, request: Mapping[str, Any], payload: bytes = b"") -> ApplyAnswer:
-        answer: ApplyAnswer = host.request(
-            request, payload, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT
-        )
-        return answer
+        return ask(
+            host, apply.handle, request, values + archive,
+            on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT,
+        )  # fmt: skip
 
     def _reached(
         self, work: Callable[[AgentSession], R], *, first: Callable[[], R] | None = None, anew: bool = True
@@ -257,20 +248,19 @@ class HostTransaction:
         )
 
     def _hold(self, host: AgentSession, txid: str) -> Mapping[str, UnitState]:
-        request: HoldRequest = {
-            "verb": "hold",
-            "swarm": self.bundle.swarm,
-            "txid": txid,
-            "who": operators.this_one(),
-            "wait": _LOCK_WAIT,
-            "seconds": self.terms.healthy_for,
-            "within": self.terms.healthy_within,
-        }
-        answer: HoldAnswer = host.request(request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)
-        return answer["units"]
+        request = hold.Request(
+            self.bundle.swarm,
+            txid,
+            self.terms.healthy_for,
+            self.terms.healthy_within,
+            who=operators.this_one(),
+            wait=_LOCK_WAIT,
+        )
+        return ask(host, hold.handle, request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT).units
 
     def _confirm(self, host: AgentSession, txid: str) -> None:
-        self._check(host.request(self._decision("confirm", txid), timeout=2 * _LOCK_WAIT)["release"])
+        request = confirm.Request(self.bundle.swarm, txid, who=operators.this_one(), wait=_LOCK_WAIT)
+        self._check(ask(host, confirm.handle, request, timeout=2 * _LOCK_WAIT).release)
 
     def _check(self, stays: str | None) -> None:
         """Raises ``HostError`` if the release that stays is another one."""
@@ -282,17 +272,8 @@ class HostTransaction:
             )
 
     def _undo(self, host: AgentSession, txid: str, *, pending: bool = True, wait: float = _LOCK_WAIT) -> None:
-        request: ConfirmRequest = {**self._decision("undo", txid), "pending": pending, "wait": wait}
-        host.request(request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)
-
-    def _decision(self, verb: Literal["confirm", "undo"], txid: str) -> ConfirmRequest:
-        return {
-            "verb": verb,
-            "swarm": self.bundle.swarm,
-            "txid": txid,
-            "who": operators.this_one(),
-            "wait": _LOCK_WAIT,
-        }
+        request = undo.Request(self.bundle.swarm, txid, pending, who=operators.this_one(), wait=wait)
+        ask(host, undo.handle, request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)
 
 
 def _explained(error: HostError, waited: float) -> HostError:

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from swarm_onboard.agent.host_list_messages import HostLogin
+from swarm_onboard.agent.host_list import HostLogin
 from swarm_onboard.agent.manifest_json import ManifestData
 
 from swarmctl.plan.observed_host import NOTHING, Observed
@@ -27,7 +27,9 @@ def remember(
     """Store that ``host`` runs release ``digest``, and how it is reached, atomically. Raises ``OSError``."""
     place.mkdir(parents=True, exist_ok=True)
     draft = place / f".{host}.json.new"
-    draft.write_text(json.dumps({"digest": digest, "manifest": manifest, "login": login}), "utf-8")
+    draft.write_text(
+        json.dumps({"digest": digest, "manifest": manifest, "login": login and login._asdict()}), "utf-8"
+    )
     draft.replace(place / f"{host}.json")
 
 
@@ -65,10 +67,10 @@ def left(place: Path, hosts: Collection[str]) -> list[str]:
 def login_of(place: Path, host: str) -> HostLogin | None:
     """Returns how ``host`` was reached in the last deploy from this machine; None if that is not known."""
     try:
-        login: HostLogin = json.loads((place / f"{host}.json").read_text("utf-8"))["login"]
+        login = json.loads((place / f"{host}.json").read_text("utf-8"))["login"]
+        return None if mismatch(login, HostLogin) else HostLogin(**login)
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
-    return None if mismatch(login, HostLogin) else login
 
 
 def recall(place: Path, host: str) -> Observed:

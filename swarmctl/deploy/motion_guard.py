@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from swarm_onboard.agent.motion_messages import MotionAnswer, MotionRequest, RobotUse
+from swarm_onboard.agent.motion_gate import RobotUse
+from swarm_onboard.agent.verbs import motion
 
 from swarmctl.plan.dependent_robots import Dependent, Dependents, Stops, problems
 from swarmctl.plan.plan import Problem
 from swarmctl.remote import operators, parallel_hosts
+from swarmctl.remote.ask import ask
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Stop, result_of
 from swarmctl.remote.transport import HostError, Kind, Target
@@ -85,17 +87,12 @@ class Guard:
     ) -> tuple[dict[str, RobotUse], dict[str, HostError], list[Note]]:
         """The robots in use, the errors of their hosts, and what these noted."""
 
-        def work(target: Target, say: Callable[[str], None]) -> MotionAnswer:
-            request: MotionRequest = {
-                "verb": "motion",
-                "swarm": self.dependents.swarm.name,
-                "who": operators.this_one(),
-                "robots": robots[target.host],
-                "stop": stop,
-            }
+        def work(target: Target, say: Callable[[str], None]) -> motion.Answer:
+            request = motion.Request(
+                self.dependents.swarm.name, operators.this_one(), robots[target.host], stop
+            )
             with self.connections.agent_session(target) as host:
-                answer: MotionAnswer = host.request(request, on_note=say)
-                return answer
+                return ask(host, motion.handle, request, on_note=say)
 
         uses: dict[str, RobotUse] = {}
         errors: dict[str, HostError] = {}
@@ -108,7 +105,7 @@ class Guard:
                 if isinstance(found := result_of(event), HostError):
                     errors[event.host] = found
                 else:
-                    uses |= found["in_use"]
+                    uses |= found.in_use
         return uses, errors, notes
 
 
@@ -118,7 +115,4 @@ def host_error(problem: Problem) -> HostError:
 
 
 def _unstopped(use: RobotUse, error: HostError) -> RobotUse:
-    return {
-        "why": f"{use['why']}, and is not confirmed to stand: {error}",
-        "commander": use["commander"],
-    }
+    return use._replace(why=f"{use.why}, and is not confirmed to stand: {error}")

@@ -7,9 +7,12 @@ import time
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
-from swarm_onboard.agent.messages import ObserveRequest
+from swarm_onboard.agent.manifest_json import ManifestData
+from swarm_onboard.agent.verbs import observe
 
 from swarmctl.plan.observed_host import Observed, from_answer
+from swarmctl.remote.agent_client import check_type
+from swarmctl.remote.ask import ask
 from swarmctl.remote.transport import AgentSession
 from swarmctl.render.bundle import Bundle
 
@@ -28,25 +31,21 @@ def observe_host(
     """Observe what the host runs, with ``motion`` also why its robots must not be touched now, and
     with ``stop_robots`` as far as stopping them first does not change it.
     The host compares ``secrets``: a digest of four digits hides nothing."""
-    request: ObserveRequest = {
-        "verb": "observe",
-        "swarm": bundle.swarm,
-        "known_release": bundle.digest,
-        "contents": contents,
-        "motion": motion,
-        "stop_robots": stop_robots,
-    }
-    if bundle.asks:
-        request["requires"] = list(bundle.asks)
-    if bundle.wants:
-        request["wants"] = list(bundle.wants)
-    if bundle.wireguard_keys:
-        request["wireguard_keys"] = bundle.wireguard_keys
-    offered = b""
-    if bundle.secrets:
-        request["secrets"] = list(bundle.secrets)
-        offered = offer(bundle.secrets, secrets)
-    return from_answer(host.request(request, offered), bundle, received=time.time())
+    request = observe.Request(
+        bundle.swarm,
+        known_release=bundle.digest,
+        contents=contents,
+        requires=bundle.asks,
+        wants=list(bundle.wants),
+        secrets=bundle.secrets,
+        motion=motion,
+        stop_robots=stop_robots,
+        wireguard_keys=bundle.wireguard_keys,
+    )
+    answer = ask(host, observe.handle, request, offer(bundle.secrets, secrets) if bundle.secrets else b"")
+    if answer.manifest is not None:
+        check_type(answer.manifest, ManifestData, "the manifest of its release")
+    return from_answer(answer, bundle, received=time.time())
 
 
 def offer(names: Iterable[str], secrets: Mapping[str, str]) -> bytes:

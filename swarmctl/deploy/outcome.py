@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from swarm_onboard.agent.messages import UnitState
+from swarm_onboard.agent.systemd import UnitState
 
 from swarmctl.deploy.prepare import Prepared
 from swarmctl.plan.plan import HostPlan

@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 
-from swarm_onboard.agent.preparation_messages import InventoryAnswer, InventoryRequest, PrepareRequest
+from swarm_onboard.agent.verbs import inventory
+from swarm_onboard.agent.verbs import prepare as prepare_verb
 
 from swarmctl.plan.host_needs import HostNeeds
 from swarmctl.plan.host_preparation import HostPreparation, Kind, Step, preparation
 from swarmctl.plan.plan import Problem
 from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote.ask import ask
 from swarmctl.remote.transport import AgentSession, HostError, Session, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import workspace
@@ -109,36 +111,28 @@ def _carry_out(
 ) -> list[Step]:
     kind, targets = steps[0].kind, [step.target for step in steps]
     note(f"{kind.value} {' '.join(targets)}")
-    request: PrepareRequest = {
-        "verb": "prepare",
-        "swarm": needs.swarm,
-        "step": kind.value,
-        "targets": targets,
-        "account": needs.account,
-        "login": login,
-        "workspaces": list(needs.workspaces),
-    }
-    host.request(request, on_note=note, timeout=_STEP_TIMEOUT)
+    request = prepare_verb.Request(
+        needs.swarm, kind.value, targets, needs.account, login, list(needs.workspaces)
+    )
+    ask(host, prepare_verb.handle, request, on_note=note, timeout=_STEP_TIMEOUT)
     return steps
 
 
-def _look(host: AgentSession, needs: HostNeeds) -> InventoryAnswer:
+def _look(host: AgentSession, needs: HostNeeds) -> inventory.Answer:
     requirements = [need.requirement for need in needs.packages if need.requirement]
-    request: InventoryRequest = {
-        "verb": "inventory",
-        "swarm": needs.swarm,
-        "requires": [workspace(path) for path in needs.workspaces] + requirements,
-        "debian": list(needs.debian),
-        "pip": list(needs.pip),
-        "rosdep": list(needs.keys),
-        "distro": needs.distro,
-        "account": needs.account,
-        "groups": list(needs.groups),
-        "workspaces": list(needs.workspaces),
-        "images": [{"engine": engine, "image": image} for engine, image in needs.images],
-    }
-    answer: InventoryAnswer = host.request(request, timeout=_LOOK_TIMEOUT)
-    return answer
+    request = inventory.Request(
+        needs.swarm,
+        requires=[workspace(path) for path in needs.workspaces] + requirements,
+        debian=list(needs.debian),
+        pip=list(needs.pip),
+        rosdep=list(needs.keys),
+        distro=needs.distro,
+        account=needs.account,
+        groups=list(needs.groups),
+        workspaces=list(needs.workspaces),
+        images=list(needs.images),
+    )
+    return ask(host, inventory.handle, request, timeout=_LOOK_TIMEOUT)
 
 
 def _unfit(left: HostPreparation) -> HostError:

@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
-from swarm_onboard.agent.messages import WireguardKeyAnswer
+from swarm_onboard.agent.verbs import wireguard_key
 from swarm_onboard.tunnel.keys import is_key
 
-from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
+from swarmctl.remote.ask import ask_each
+from swarmctl.remote.parallel_hosts import results_of
+from swarmctl.remote.transport import HostError, Kind, Target, Transport
 
-_VERBS = ("wireguard_key",)
 _PARALLEL, _TIMEOUT = 32, 30.0  # s
 
 
 def exchanged(
-    swarm: str, requests: Mapping[str, Mapping[str, Any]], targets: Mapping[str, Target], transport: Transport
-) -> Mapping[str, WireguardKeyAnswer | HostError]:
-    """Returns the keys of each host after its request, as ``WireguardKeyRequest`` has it, or its error."""
+    requests: Mapping[str, wireguard_key.Request], targets: Mapping[str, Target], transport: Transport
+) -> Mapping[str, wireguard_key.Answer | HostError]:
+    """Returns the keys of each host after its request, or its error."""
+    events = ask_each(
+        wireguard_key.handle, requests, targets, transport, parallel=_PARALLEL, timeout=_TIMEOUT
+    )
+    return {host: _checked(found) for host, found in results_of(events).items()}
 
-    def work(session: Session, target: Target, _note: Callable[[str], None]) -> WireguardKeyAnswer:
-        request = {"verb": "wireguard_key", "swarm": swarm, **requests[target.host]}
-        with agent_client.agent_session(session, verbs=_VERBS) as host:
-            answer: WireguardKeyAnswer = host.request(request, timeout=_TIMEOUT)
-        if not is_key(answer["public"]) or not (answer["next"] == "" or is_key(answer["next"])):
-            raise HostError(Kind.PROTOCOL, "its public WireGuard key is not 32 bytes in base64")
-        return answer
 
-    chosen = [targets[host] for host in requests]
-    events = parallel_hosts.run(chosen, work, transport=transport, parallel=_PARALLEL)
-    ends = (one for one in events if isinstance(one, parallel_hosts.Finished | parallel_hosts.Skipped))
-    return {one.host: parallel_hosts.result_of(one) for one in ends}
+def _checked(found: wireguard_key.Answer | HostError) -> wireguard_key.Answer | HostError:
+    if isinstance(found, HostError) or (is_key(found.public) and (not found.next or is_key(found.next))):
+        return found
+    return HostError(Kind.PROTOCOL, "its public WireGuard key is not 32 bytes in base64")

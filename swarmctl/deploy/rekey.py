@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
-from swarm_onboard.agent.messages import WireguardKeyAnswer
+from swarm_onboard.agent.verbs.wireguard_key import Answer, Request
 from swarm_onboard.tunnel.keys import Keys, line, lines_of
 
 from swarmctl.remote.transport import HostError, Kind
@@ -19,7 +19,7 @@ from swarmctl.swarm.resolved import Swarm
 from swarmctl.swarm.wireguard_routes import routes_of
 from swarmctl.yamltext import hostlist
 
-Exchange = Callable[[Mapping[str, Mapping[str, Any]]], Mapping[str, WireguardKeyAnswer | HostError]]
+Exchange = Callable[[Mapping[str, Request]], Mapping[str, Answer | HostError]]
 
 
 class PinnedKeys(Protocol):
@@ -53,7 +53,9 @@ def members(swarm: Swarm) -> list[str]:
 
 def rekey(swarm: Swarm, chosen: Iterable[str], pins: PinnedKeys, exchange: Exchange) -> Rekeyed:
     """Has each host make a key and change to it once all its peers know it."""
-    following, kept = _next_keys(exchange({host: {"make_next": True} for host in chosen}), pins.keys.live)
+    following, kept = _next_keys(
+        exchange({host: Request(swarm.name, make_next=True) for host in chosen}), pins.keys.live
+    )
     pins.add("".join(line(host, key) for host, key in following.items()))
     behind = _inform(swarm, pins, exchange)
     for host in following:
@@ -64,7 +66,9 @@ def rekey(swarm: Swarm, chosen: Iterable[str], pins: PinnedKeys, exchange: Excha
                 f"{hostlist.written(waits)} does not know its next key",
                 "run the same command again once it answers; or `swarmctl expel` it if it is lost",
             )
-    done = exchange({host: {"use": key} for host, key in following.items() if host not in kept})
+    done = exchange(
+        {host: Request(swarm.name, use=key) for host, key in following.items() if host not in kept}
+    )
     kept |= _errors(done)
     changed = tuple(host for host in done if host not in kept)
     live = pins.keys.live
@@ -80,7 +84,7 @@ def expel(swarm: Swarm, lost: str, pins: PinnedKeys, exchange: Exchange) -> Mapp
 
 
 def _next_keys(
-    found: Mapping[str, WireguardKeyAnswer | HostError], live: Mapping[str, tuple[str, ...]]
+    found: Mapping[str, Answer | HostError], live: Mapping[str, tuple[str, ...]]
 ) -> tuple[dict[str, str], dict[str, HostError]]:
     """The key to which each host changes; one that an earlier run has changed has it already."""
     following, kept = {}, {}
@@ -88,23 +92,24 @@ def _next_keys(
         own = live.get(host, ())
         if isinstance(one, HostError):
             kept[host] = one
-        elif one["public"] not in own:
+        elif one.public not in own:
             kept[host] = HostError(
                 Kind.REFUSED, "its WireGuard key is not the pinned one", "`swarmctl trust` compares the keys"
             )
         else:
-            following[host] = one["next"] if one["public"] == own[0] else one["public"]
+            following[host] = one.next if one.public == own[0] else one.public
     return following, kept
 
 
-def _inform(swarm: Swarm, pins: PinnedKeys, exchange: Exchange, **more: str) -> dict[str, HostError]:
+def _inform(swarm: Swarm, pins: PinnedKeys, exchange: Exchange, expel: str = "") -> dict[str, HostError]:
     """Sends every host the keys of its peers. Returns the errors."""
-    hosts = [host for host in members(swarm) if host not in more.values()]
+    hosts = [host for host in members(swarm) if host != expel]
     requests = {
-        host: {"known": lines_of(pins.text, (host, *routes_of(swarm, host))), **more} for host in hosts
+        host: Request(swarm.name, known=lines_of(pins.text, (host, *routes_of(swarm, host))), expel=expel)
+        for host in hosts
     }
     return _errors(exchange(requests))
 
 
-def _errors(found: Mapping[str, WireguardKeyAnswer | HostError]) -> dict[str, HostError]:
+def _errors(found: Mapping[str, Answer | HostError]) -> dict[str, HostError]:
     return {host: one for host, one in found.items() if isinstance(one, HostError)}

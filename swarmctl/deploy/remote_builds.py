@@ -9,12 +9,13 @@ import io
 import tarfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from swarm_onboard.agent.preparation_messages import BuildAnswer, BuildRequest, FetchBuildRequest
+from swarm_onboard.agent.verbs import build_packages, fetch_build
 
 from swarmctl.deploy.build_store import BuildStore, DamagedBuildError
 from swarmctl.deploy.prepare import Prepared
 from swarmctl.plan.host_builds import Build
 from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote.ask import ask
 from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
 from swarmctl.ros_packages.package import DeliveredPackage
 from swarmctl.swarm.resolved import Swarm
@@ -52,20 +53,20 @@ def _carry_out(
     host: AgentSession, swarm: Swarm, due: Build, store: BuildStore, note: Callable[[str], None]
 ) -> None:
     builder = swarm.hosts[due.builder]
-    request: BuildRequest = {
-        "verb": "build_packages",
-        "swarm": swarm.name,
-        "account": builder.user,
-        "workspaces": list(builder.workspaces),
-        "packages": list(due.keys),
-        "folders": {one.name: one.folder for one in due.sources},
-    }
+    request = build_packages.Request(
+        swarm.name,
+        builder.user,
+        list(builder.workspaces),
+        list(due.keys),
+        {one.name: one.folder for one in due.sources},
+    )
     note(f"building {', '.join(due.keys)}")
-    answer: BuildAnswer = host.request(request, sources(due.sources), on_note=note, timeout=_BUILD_TIMEOUT)
-    if answer["platform"] != due.platform:
-        raise HostError(Kind.REFUSED, f"it is {answer['platform']} now", "run the same command again")
+    payload = sources(due.sources)
+    answer = ask(host, build_packages.handle, request, payload, on_note=note, timeout=_BUILD_TIMEOUT)
+    if answer.platform != due.platform:
+        raise HostError(Kind.REFUSED, f"it is {answer.platform} now", "run the same command again")
     for name, key in due.keys.items():
-        archive = _fetched(host, swarm.name, name, answer["sizes"].get(name, 0), note)
+        archive = _fetched(host, swarm.name, name, answer.sizes.get(name, 0), note)
         try:
             store.keep(key, archive)
         except DamagedBuildError as error:
@@ -81,11 +82,9 @@ def _fetched(host: AgentSession, swarm: str, name: str, size: int, note: Callabl
         raise HostError(Kind.PROTOCOL, f"the build of {name} has {size} bytes")
     found = b""
     while len(found) < size:
-        request: FetchBuildRequest = {
-            "verb": "fetch_build", "swarm": swarm, "package": name, "offset": len(found)
-        }  # fmt: skip
+        request = fetch_build.Request(swarm, name, len(found))
         try:
-            piece = base64.b64decode(host.request(request)["data"], validate=True)
+            piece = base64.b64decode(ask(host, fetch_build.handle, request).data, validate=True)
         except binascii.Error as error:
             raise HostError(Kind.PROTOCOL, f"the build of {name} is not base64") from error
         if not piece:

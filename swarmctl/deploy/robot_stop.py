@@ -7,17 +7,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from swarm_onboard.agent.motion_messages import (
-    RestartAnswer,
-    RestartRequest,
-    RobotMotion,
-    StartAnswer,
-    StartRequest,
-    StopAnswer,
-    StopRequest,
-)
+from swarm_onboard.agent.robot_motion import RobotMotion
+from swarm_onboard.agent.verbs import restart as restart_verb
+from swarm_onboard.agent.verbs import start as start_verb
+from swarm_onboard.agent.verbs import stop as stop_verb
 
 from swarmctl.remote import agent_archive, agent_client, operators, parallel_hosts
+from swarmctl.remote.ask import ask, ask_each
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
 PATIENCE = 2.0  # s for the wheels to be confirmed to stand; a host does not take longer to answer
@@ -56,7 +52,7 @@ class RobotStop:
 class HostStop:
     """The answer of a host, and when it came, in s since the run began."""
 
-    answer: StopAnswer
+    answer: stop_verb.Answer
     arrived: float
 
 
@@ -77,16 +73,9 @@ def stop(
     who = operators.this_one()
 
     def work(session: Session, target: Target, _: Callable[[str], None]) -> HostStop:
-        request: StopRequest = {
-            "verb": "stop",
-            "swarm": swarm,
-            "who": who,
-            "robots": list(robots[target.host]),
-            "others": others,
-            "patience": PATIENCE,
-        }
+        request = stop_verb.Request(swarm, who, list(robots[target.host]), others, PATIENCE)
         with agent_client.agent_session(session) as host:
-            return HostStop(host.request(request, timeout=_TIMEOUT), since())
+            return HostStop(ask(host, stop_verb.handle, request, timeout=_TIMEOUT), since())
 
     return _on_all(robots, targets, work, transport, parallel)
 
@@ -99,21 +88,11 @@ def start(
     *,
     others: bool,
     parallel: int,
-) -> Iterator[parallel_hosts.Event[StartAnswer]]:
+) -> Iterator[parallel_hosts.Event[start_verb.Answer]]:
     """Releases ``robots``, by host; with ``others`` all that are stopped on these hosts."""
 
-    def work(session: Session, target: Target, _: Callable[[str], None]) -> StartAnswer:
-        request: StartRequest = {
-            "verb": "start",
-            "swarm": swarm,
-            "robots": list(robots[target.host]),
-            "others": others,
-        }
-        with agent_client.agent_session(session) as host:
-            answer: StartAnswer = host.request(request, timeout=_TIMEOUT)
-            return answer
-
-    return _on_all(robots, targets, work, transport, parallel)
+    requests = {host: start_verb.Request(swarm, list(chosen), others) for host, chosen in robots.items()}
+    return ask_each(start_verb.handle, requests, targets, transport, parallel=parallel, timeout=_TIMEOUT)
 
 
 def restart(
@@ -125,26 +104,22 @@ def restart(
     others: bool,
     stop_robots: bool,
     parallel: int,
-) -> Iterator[parallel_hosts.Event[RestartAnswer]]:
+) -> Iterator[parallel_hosts.Event[restart_verb.Answer]]:
     """Restarts the units of ``robots``, by host; with ``others`` those of all robots on these hosts.
 
     A host refuses for a robot that moves or is under command; with ``stop_robots`` it stops it first.
     """
 
-    def work(session: Session, target: Target, note: Callable[[str], None]) -> RestartAnswer:
-        request: RestartRequest = {
-            "verb": "restart",
-            "swarm": swarm,
-            "who": operators.this_one(),
-            "robots": list(robots[target.host]),
-            "others": others,
-            "stop_robots": stop_robots,
-        }
-        with agent_client.agent_session(session) as host:
-            answer: RestartAnswer = host.request(request, on_note=note, timeout=agent_client.CHANGE_TIMEOUT)
-            return answer
-
-    return _on_all(robots, targets, work, transport, parallel)
+    requests = {
+        host: restart_verb.Request(
+            swarm, list(chosen), others, who=operators.this_one(), stop_robots=stop_robots
+        )
+        for host, chosen in robots.items()
+    }
+    return ask_each(
+        restart_verb.handle, requests, targets, transport,
+        parallel=parallel, timeout=agent_client.CHANGE_TIMEOUT,
+    )  # fmt: skip
 
 
 def robot_stops(host: str, robots: Sequence[str], result: HostStop | HostError) -> list[RobotStop]:
@@ -154,25 +129,25 @@ def robot_stops(host: str, robots: Sequence[str], result: HostStop | HostError) 
         return [
             RobotStop(one, host, "failed", trouble=result.message + hint, kind=result.kind) for one in robots
         ]
-    if not result.answer["deployed"]:
+    if not result.answer.deployed:
         trouble = "the swarm is not deployed to this host"
         return [RobotStop(one, host, "failed", trouble=trouble, kind=Kind.REFUSED) for one in robots]
-    before = result.arrived - result.answer["elapsed"]
-    return [_robot_stop(name, host, one, before) for name, one in result.answer["robots"].items()]
+    before = result.arrived - result.answer.elapsed
+    return [_robot_stop(name, host, one, before) for name, one in result.answer.robots.items()]
 
 
 def _robot_stop(name: str, host: str, one: RobotMotion, before: float) -> RobotStop:
-    if not one["latched"]:
-        return RobotStop(name, host, "failed", trouble=one["trouble"], kind=Kind.REFUSED)
-    seconds = one["seconds"]
+    if not one.latched:
+        return RobotStop(name, host, "failed", trouble=one.trouble, kind=Kind.REFUSED)
+    seconds = one.seconds
     return RobotStop(
         name,
         host,
-        "stands" if one["proof"] in _PROVEN else "unproven",
-        one["proof"],
+        "stands" if one.proof in _PROVEN else "unproven",
+        one.proof,
         seconds if not seconds else round(before + seconds, 2),
-        one["commander"],
-        "" if one["proof"] in _PROVEN else one["trouble"],
+        one.commander,
+        "" if one.proof in _PROVEN else one.trouble,
     )
 
 

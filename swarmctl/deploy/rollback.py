@@ -6,21 +6,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from swarm_onboard.agent.history_messages import HistoryAnswer, UnitsBack
 from swarm_onboard.agent.kept_state import State
-from swarm_onboard.agent.messages import ApplyAnswer, RollbackRequest
+from swarm_onboard.agent.verbs import history, rollback
+from swarm_onboard.agent.way_back import UnitsBack
 
 from swarmctl.deploy.deployment import Deployment, ObservedHost, OnProgress
-from swarmctl.deploy.histories import history
 from swarmctl.deploy.host_transaction import HostTransaction
 from swarmctl.plan.busy_robots import not_busy
 from swarmctl.plan.history import NoWayBackError, after, back_steps, before_last, of_release, runs, state_of
 from swarmctl.plan.plan import HostPlan, Problem
 from swarmctl.plan.preflight import UNFIT
-from swarmctl.remote import operators
+from swarmctl.remote import agent_client, operators
 from swarmctl.remote.agent_archive import ROLLBACK_VERBS
+from swarmctl.remote.ask import ask
 from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
 from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
+from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 
 _NOTHING = State("", "")
@@ -41,7 +42,7 @@ class Rollback(Deployment):
     ) -> None:  # fmt: skip
         super().__init__(bundles, targets, transport, **more)
         self._to = to
-        self._histories: dict[str, HistoryAnswer] = {}
+        self._histories: dict[str, history.Answer] = {}
         self._chosen: dict[str, State] = {}
         self.problem = ""
 
@@ -68,7 +69,11 @@ class Rollback(Deployment):
 
     def _units_back(self, target: Target, on_progress: OnProgress) -> UnitsBack:
         with self._connections.agent_session(target) as host:
-            return history(host, self._swarm, self._chosen[target.host])["units"]
+            request = history.Request(self._swarm, self._chosen[target.host])
+            units = ask(host, history.handle, request).units
+        if units is None:
+            raise HostError(ErrorKind.PROTOCOL, "its history has no units on the way back")
+        return units
 
     def _complete(self, host: str, units: UnitsBack | HostError) -> None:
         one = self._surveyed[host]
@@ -81,14 +86,14 @@ class Rollback(Deployment):
         self._surveyed[host] = replace(one, plan=plan)
 
     def _states(self) -> Mapping[str, State]:
-        found = runs({host: answer["entries"] for host, answer in self._histories.items()})
+        found = runs({host: answer.entries for host, answer in self._histories.items()})
         current = {host: state_of(answer) for host, answer in self._histories.items()}
         if not self._to:
             return before_last(found, current)
         having = {
-            host: of_release(one["entries"], self._to, current[host])
+            host: of_release(one.entries, self._to, current[host])
             for host, one in self._histories.items()
-            if self._to in one["releases"]
+            if self._to in one.releases
         }
         return having or after(found, self._to)
 
@@ -101,7 +106,7 @@ class Rollback(Deployment):
             )
             if recovered:
                 observed = self._observed(host, bundle, motion=True)
-            self._histories[target.host] = history(host, bundle.swarm)
+            self._histories[target.host] = ask(host, history.handle, history.Request(bundle.swarm))
         plan = HostPlan(target.host, observed.digest, observed.digest or bundle.digest)
         return ObservedHost(plan, observed, recovered)
 
@@ -112,11 +117,11 @@ class Rollback(Deployment):
         return _HostRollback(**vars(usual), to=self._chosen[target.host])
 
 
-def _missing(history: HistoryAnswer, wanted: State) -> Problem | None:
+def _missing(found: history.Answer, wanted: State) -> Problem | None:
     """Why the host cannot go back to ``wanted``."""
-    if wanted.release not in history["releases"]:
+    if wanted.release not in found.releases:
         what = f"release {wanted.release} is"
-    elif wanted.secrets and wanted.secrets not in history["secret_sets"]:
+    elif wanted.secrets and wanted.secrets not in found.secret_sets:
         what = f"the secrets that release {wanted.release} had are"
     else:
         return None
@@ -133,17 +138,16 @@ class _HostRollback(HostTransaction):
     def release(self) -> str:
         return self.to.release
 
-    def _apply(self, host: AgentSession, txid: str, plan: HostPlan, kept: object) -> ApplyAnswer:
-        request: RollbackRequest = {
-            "verb": "rollback",
-            "swarm": self.bundle.swarm,
-            "txid": txid,
-            "who": operators.this_one(),
-            "run": self.run,
-            "previous": plan.previous,
-            "next": plan.next,
-            "secrets": self.to.secrets,
-            "confirm_within": self.terms.confirm_within,
-            "stop_robots": self.stop_robots,
-        }
-        return self._ask(host, request)
+    def _apply(self, host: AgentSession, txid: str, plan: HostPlan, kept: object) -> rollback.Answer:
+        request = rollback.Request(
+            self.bundle.swarm,
+            txid,
+            plan.previous,
+            plan.next,
+            self.to.secrets,
+            self.terms.confirm_within,
+            who=operators.this_one(),
+            run=self.run,
+            stop_robots=self.stop_robots,
+        )
+        return ask(host, rollback.handle, request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)

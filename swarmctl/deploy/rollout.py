@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 
-from swarm_onboard.agent.messages import RemoveAnswer, RemoveRequest
+from swarm_onboard.agent.verbs import remove as remove_verb
 
 from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.motion_guard import Guard, host_error
@@ -16,6 +16,7 @@ from swarmctl.plan.plan import HostPlan, Plan, Problem
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.remote import agent_client, operators, parallel_hosts
 from swarmctl.remote.agent_archive import DEPLOY_VERBS
+from swarmctl.remote.ask import ask
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Session, Target, Transport
@@ -81,17 +82,14 @@ def remove(
     with closing(Connections(transport, stop, DEPLOY_VERBS)) as connections:
 
         def work(target: Target, note: Callable[[str], None]) -> Removed:
-            request: RemoveRequest = {
-                "verb": "remove",
-                "swarm": dependents.swarm.name,
-                "who": operators.this_one(),
-                "stop_robots": stop_robots,
-            }
+            request = remove_verb.Request(
+                dependents.swarm.name, who=operators.this_one(), stop_robots=stop_robots
+            )
             with connections.agent_session(target) as host:
-                answer: RemoveAnswer = host.request(
-                    request, on_note=note, timeout=agent_client.CHANGE_TIMEOUT
+                answer = ask(
+                    host, remove_verb.handle, request, on_note=note, timeout=agent_client.CHANGE_TIMEOUT
                 )
-                return Removed(answer["removed"])
+                return Removed(answer.removed)
 
         guard = Guard(dependents, targets, connections, parallel, stop, lenient=True, stop_robots=stop_robots)
         seen = guard.clear({host: dependents.units_on(host) for host in hosts})

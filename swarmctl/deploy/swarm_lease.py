@@ -13,10 +13,11 @@ from collections.abc import Callable, Iterable, Mapping
 from types import TracebackType
 
 from swarm_onboard.agent.lease import SECONDS
-from swarm_onboard.agent.messages import LeaseAnswer, LeaseRequest
+from swarm_onboard.agent.verbs import lease
 
 from swarmctl.plan.observed_host import Observed
 from swarmctl.remote import agent_client, operators, parallel_hosts
+from swarmctl.remote.ask import ask
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Finished, Skipped, Stop, result_of
 from swarmctl.remote.transport import AgentSession, HostError, Kind, Target
@@ -108,34 +109,28 @@ class SwarmLease:
         return errors
 
     def _ask(self, host: AgentSession, target: Target, seen: Mapping[str, Observed]) -> None:
-        answer: LeaseAnswer = host.request(self._request(want=True))
-        if not answer["granted"] and operators.ended_here(answer["who"]):
-            answer = host.request({**self._request(want=True), "breaks": answer["run"]})
-        if not answer["granted"]:
+        request = self._request(want=True)
+        answer = ask(host, lease.handle, request)
+        if not answer.granted and operators.ended_here(answer.who):
+            answer = ask(host, lease.handle, request._replace(breaks=answer.run))
+        if not answer.granted:
             raise HostError(
                 Kind.REFUSED,
-                f"locked by {answer['who']}",
+                f"locked by {answer.who}",
                 "wait until that deploy has ended, then run the same command again",
             )
         self._held[target.host] = target
         observed = seen[target.host]
-        if observed.unfinished or answer["last"] != observed.last_txid:
-            by = f", by {answer['last_who']}" if answer["last_who"] else ""
+        if observed.unfinished or answer.last != observed.last_txid:
+            by = f", by {answer.last_who}" if answer.last_who else ""
             raise HostError(
                 Kind.REFUSED,
                 f"another deploy has changed it since the plan was made{by}",
                 "run the same command again",
             )
 
-    def _request(self, *, want: bool) -> LeaseRequest:
-        return {
-            "verb": "lease",
-            "swarm": self._swarm,
-            "run": self.run,
-            "who": operators.this_one(),
-            "want": want,
-            "wait": 1,
-        }
+    def _request(self, *, want: bool) -> lease.Request:
+        return lease.Request(self._swarm, self.run, want, who=operators.this_one(), wait=1.0)
 
     def _renew(self) -> None:
         while not self._ended.wait(_RENEWED_EACH):
@@ -144,10 +139,11 @@ class SwarmLease:
     def _renewed(self, target: Target, note: object) -> None:
         request = self._request(want=True)
         if target.host in self._pending:
-            request["pending"], request["confirm_within"] = self._pending[target.host]
+            txid, seconds = self._pending[target.host]
+            request = request._replace(pending=txid, confirm_within=seconds)
         with self._connections.idle(target) as host:
             if host is not None:  # one at work renews it with each change
-                host.request(request)
+                ask(host, lease.handle, request)
 
     def _give_back(self) -> None:
         """Ends the leases. One that cannot be given back ends by itself."""
@@ -155,7 +151,7 @@ class SwarmLease:
         def work(target: Target, note: object) -> None:
             with self._connections.idle(target) as host:
                 if host is not None:
-                    host.request(self._request(want=False))
+                    ask(host, lease.handle, self._request(want=False))
 
         self._each_held(work)
         self._held.clear()

@@ -6,10 +6,11 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 
-from swarm_onboard.agent.cost_messages import CostsAnswer
+from swarm_onboard.agent.verbs import costs
 
 from swarmctl.health.unit_costs import UnitCost, between
 from swarmctl.remote import agent_client
+from swarmctl.remote.ask import ask
 from swarmctl.remote.parallel_hosts import WAKES, bugs_as_errors
 from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
 
@@ -55,9 +56,8 @@ class HostCosts:
                 self._take(target.host, error)
             time.sleep(_AGAIN)
 
-    def _answer(self, agent: AgentSession) -> CostsAnswer:
-        answer: CostsAnswer = agent.request({"verb": "costs", "swarm": self._swarm}, timeout=_PATIENCE)
-        return answer
+    def _answer(self, agent: AgentSession) -> costs.Answer:
+        return ask(agent, costs.handle, costs.Request(self._swarm), timeout=_PATIENCE)
 
     def _take(self, host: str, found: list[UnitCost] | HostError) -> None:
         self._latest[host] = found

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from queue import Queue
-from typing import Any
 
-from swarm_onboard.agent.log_messages import LogsAnswer, LogsRequest
+from swarm_onboard.agent.verbs import logs
 
 from swarmctl.health.log_entries import Entry, entry_of
 from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote.ask import ask, of_note
 from swarmctl.remote.parallel_hosts import Event, bugs_as_errors
-from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
+from swarmctl.remote.transport import AgentSession, HostError, Session, Target, Transport
 
 VERBS = ("logs",)
 ROUND = 30.0  # s that one request follows the journal
@@ -45,13 +44,9 @@ class Question:
     lines: int
     since: float
 
-    def request(self, host: str) -> LogsRequest:
+    def request(self, host: str) -> logs.Request:
         """The request for the clock of a host alone."""
-        parts = list(self.parts[host])
-        return {
-            "verb": "logs", "swarm": self.swarm, "parts": parts,
-            "lines": 0, "since": 0.0, "after": "", "follow": 0.0,
-        }  # fmt: skip
+        return logs.Request(self.swarm, list(self.parts[host]))
 
 
 @dataclass
@@ -69,21 +64,22 @@ class HostReader:
         self._measure(agent)
         question, request = self.question, self.question.request(self.host)
         since = max(0.0, question.since + self._offset) if question.since else 0.0
-        answer: LogsAnswer = agent.request({**request, "lines": question.lines, "since": since})
-        self._cursor, self._begun = answer["cursor"], answer["clock"]
+        answer = ask(agent, logs.handle, request._replace(lines=question.lines, since=since))
+        self._cursor, self._begun = answer.cursor, answer.clock
         return self._log(answer)
 
     def follow(self, agent: AgentSession, show: Callable[[HostLog], None]) -> None:
         """Shows what comes after what was read, for ``ROUND``. Raises ``HostError``."""
 
         def take(note: str) -> None:
-            answer = _answer(note)
+            answer = of_note(note, logs.Answer, "a note of `logs`")
             show(self._log(answer))
-            self._cursor = answer["cursor"]
+            self._cursor = answer.cursor
 
         self._measure(agent)
-        place = {"after": self._cursor, "since": self._begun, "follow": ROUND}
-        agent.request({**self.question.request(self.host), **place}, on_note=take, timeout=ROUND + _LATE)
+        request = self.question.request(self.host)
+        request = request._replace(after=self._cursor, since=self._begun, follow=ROUND)
+        ask(agent, logs.handle, request, on_note=take, timeout=ROUND + _LATE)
 
     def follow_for_ever(
         self,
@@ -117,24 +113,14 @@ class HostReader:
 
     def _measure(self, agent: AgentSession) -> None:
         request = self.question.request(self.host)
-        agent.request(request)  # the first one starts the agent
+        ask(agent, logs.handle, request)  # the first one starts the agent
         sent = time.time()
-        clock: float = agent.request(request)["clock"]
+        clock = ask(agent, logs.handle, request).clock
         self._offset = clock - (sent + time.time()) / 2
 
-    def _log(self, answer: LogsAnswer) -> HostLog:
-        entries = [entry_of(one, self.host, self.question.swarm, self._offset) for one in answer["entries"]]
-        return HostLog(entries, self._offset, answer["cut"])
-
-
-def _answer(note: str) -> LogsAnswer:
-    try:
-        value: Any = json.loads(note)
-    except (ValueError, RecursionError):
-        raise HostError(Kind.PROTOCOL, "the log cannot be read") from None
-    agent_client.check_type(value, LogsAnswer, "a note of `logs`")
-    answer: LogsAnswer = value
-    return answer
+    def _log(self, answer: logs.Answer) -> HostLog:
+        entries = [entry_of(one, self.host, self.question.swarm, self._offset) for one in answer.entries]
+        return HostLog(entries, self._offset, answer.cut)
 
 
 def host_logs(

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
-from swarm_onboard.agent.log_messages import LogEntry
+from swarm_onboard.agent.verbs import logs
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 WINDOW = 1.0  # s by which entries of one host may arrive after later ones of another
@@ -53,16 +53,16 @@ class Choice:
         return worse and (self.pattern is None or self.pattern.search(entry.message) is not None)
 
 
-def entry_of(read: LogEntry, host: str, swarm: str, offset: float) -> Entry:
+def entry_of(read: logs.Entry, host: str, swarm: str, offset: float) -> Entry:
     """The entry that a host has sent; ``offset``: how far its clock is ahead of the operator's, in s."""
-    message = _COLOUR.sub("", read["message"])
+    message = _COLOUR.sub("", read.message)
     named = _OF_ROS.search(message[:_ROS_WITHIN]) or _OF_DRIVER.match(message)
-    level = named[1].lower().replace("ok", "info") if named else _OF_PRIORITY[read["priority"] & 7]
+    level = named[1].lower().replace("ok", "info") if named else _OF_PRIORITY[read.priority & 7]
     if message.startswith(_TRACEBACK):
         level = "error"
     elif _OF_NO_CONCERN.search(message):
         level = "debug"
-    return Entry(read["time"] - offset, host, source_of(read["unit"], swarm), level, message)
+    return Entry(read.time - offset, host, source_of(read.unit, swarm), level, message)
 
 
 def source_of(unit: str, swarm: str) -> str:

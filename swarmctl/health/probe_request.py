@@ -78,7 +78,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
         "advertised": host.advertised,
         "restart_window": RESTART_WINDOW,
         "images": {
-            one.unit: {"engine": one.container.engine, "image": one.container.image}
+            one.unit: (one.container.engine, one.container.image)
             for one in host.programs
             if one.container is not None
         },

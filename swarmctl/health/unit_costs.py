@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from swarm_onboard.agent.cost_messages import CostsAnswer, UnitCosts
+from swarm_onboard.agent.verbs.costs import Answer, UnitCosts
 
 from swarmctl.health.log_entries import source_of
 from swarmctl.remote.transport import HostError
-
-_NONE: UnitCosts = {"cpu": 0.0, "memory": 0, "processes": 0}
 
 
 @dataclass(frozen=True)
@@ -24,18 +22,18 @@ class UnitCost:
     processes: int
 
 
-def between(host: str, swarm: str, before: CostsAnswer, after: CostsAnswer) -> list[UnitCost]:
+def between(host: str, swarm: str, before: Answer, after: Answer) -> list[UnitCost]:
     """The units that run now, the busiest first. One that has started meanwhile counts from its start."""
-    seconds = max(after["clock"] - before["clock"], 1e-3)
+    seconds = max(after.clock - before.clock, 1e-3)
     found = (
         UnitCost(
             host,
             source_of(unit, swarm),
-            round(max(0.0, now["cpu"] - before["units"].get(unit, _NONE)["cpu"]) / seconds, 4),
-            now["memory"],
-            now["processes"],
+            round(max(0.0, now.cpu - before.units.get(unit, UnitCosts()).cpu) / seconds, 4),
+            now.memory,
+            now.processes,
         )
-        for unit, now in after["units"].items()
+        for unit, now in after.units.items()
     )
     return sorted(found, key=lambda one: (-one.cpu, one.name))
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from swarm_onboard.agent.motion_gate import hint
-from swarm_onboard.agent.motion_messages import RobotUse
+from swarm_onboard.agent.motion_gate import RobotUse, hint
 
 from swarmctl.plan.busy_robots import BUSY
 from swarmctl.plan.plan import HostPlan, Kind, Problem
@@ -72,17 +71,17 @@ class Dependents:
         robots = self.swarm.robots
         for host, unit, needs in self._needs(stops):
             for name, use in uses.items():
-                if name in robots and needs(robots[name], *_sender(robots[name], use["commander"])):
+                if name in robots and needs(robots[name], *_sender(robots[name], use.commander)):
                     found.setdefault((name, host), []).append(unit)
         return [
-            Dependent(robots[name], host, tuple(units), uses[name]["why"])
+            Dependent(robots[name], host, tuple(units), uses[name].why)
             for (name, host), units in sorted(found.items())
         ]
 
     def unknown(self, stops: Stops, errors: Mapping[str, str]) -> list[Dependent]:
         """Returns the robots that may depend on these units, on hosts of which only an error is known."""
-        uses: dict[str, RobotUse] = {
-            robot.name: {"why": f"may be in use: {errors[robot.host]}", "commander": ""}
+        uses = {
+            robot.name: RobotUse(f"may be in use: {errors[robot.host]}", "")
             for robot in self.swarm.robots.values()
             if robot.host in errors
         }

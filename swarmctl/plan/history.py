@@ -13,8 +13,10 @@ from heapq import heapify, heappop, heappush
 from itertools import pairwise
 from typing import Any
 
-from swarm_onboard.agent.history_messages import ChangeEntry, HistoryAnswer, UnitsBack
+from swarm_onboard.agent.audit import ChangeEntry
 from swarm_onboard.agent.kept_state import State
+from swarm_onboard.agent.verbs import history
+from swarm_onboard.agent.way_back import UnitsBack
 
 from swarmctl.plan.plan import Kind, Step
 from swarmctl.yamltext import hostlist
@@ -34,7 +36,8 @@ class Run:
 
     def to_json(self) -> dict[str, Any]:
         """Returns the run as ``history --json`` prints it."""
-        return {"run": self.name, "who": self.who, "time": self.time, "hosts": dict(self.changes)}
+        hosts = {host: one._asdict() for host, one in self.changes.items()}
+        return {"run": self.name, "who": self.who, "time": self.time, "hosts": hosts}
 
 
 class NoWayBackError(Exception):
@@ -48,18 +51,18 @@ def runs(logs: Mapping[str, Sequence[ChangeEntry]]) -> list[Run]:
         for entry in entries:
             found.setdefault(_run_of(entry), {})[host] = entry
     made = {
-        name: Run(name, next(iter(changes.values()))["who"], _time_of(changes), changes)
+        name: Run(name, next(iter(changes.values())).who, _time_of(changes), changes)
         for name, changes in found.items()
     }
     return _in_order(made, logs)
 
 
 def _run_of(entry: ChangeEntry) -> str:
-    return entry["run"] or entry["txid"]
+    return entry.run or entry.txid
 
 
 def _time_of(changes: Mapping[str, ChangeEntry]) -> float:
-    times = sorted(one["time"] for one in changes.values())
+    times = sorted(one.time for one in changes.values())
     return times[(len(times) - 1) // 2]
 
 
@@ -84,9 +87,9 @@ def _in_order(made: Mapping[str, Run], logs: Mapping[str, Sequence[ChangeEntry]]
     return [made[name] for name in (*ordered, *contradicting)]
 
 
-def state_of(answer: HistoryAnswer) -> State | None:
+def state_of(answer: history.Answer) -> State | None:
     """Returns what a host has now; None without a release."""
-    return _state(answer["release"], answer["secrets"])
+    return _state(answer.release, answer.secrets)
 
 
 def _state(release: str | None, secrets: str) -> State | None:
@@ -94,11 +97,11 @@ def _state(release: str | None, secrets: str) -> State | None:
 
 
 def _prev(entry: ChangeEntry) -> State | None:
-    return _state(entry["previous"], entry["previous_secrets"])
+    return _state(entry.previous, entry.previous_secrets)
 
 
 def _next(entry: ChangeEntry) -> State | None:
-    return _state(entry["next"], entry["next_secrets"])
+    return _state(entry.next, entry.next_secrets)
 
 
 def before_last(found: Sequence[Run], current: Mapping[str, State | None]) -> Mapping[str, State]:
@@ -110,7 +113,7 @@ def before_last(found: Sequence[Run], current: Mapping[str, State | None]) -> Ma
         changed = {
             host: one
             for host, one in run.changes.items()
-            if one["state"] == APPLIED and one["next"] is not None and current.get(host) == _next(one)
+            if one.state == APPLIED and one.next is not None and current.get(host) == _next(one)
         }
         if changed:
             before = {host: _prev(one) for host, one in changed.items()}
@@ -121,7 +124,7 @@ def before_last(found: Sequence[Run], current: Mapping[str, State | None]) -> Ma
 def of_release(entries: Sequence[ChangeEntry], release: str, current: State | None) -> State:
     """Returns the release with the secrets that it had last; with the ``current`` ones if no entry has it."""
     for entry in reversed(entries):
-        for one in (_next(entry) if entry["state"] == APPLIED else None, _prev(entry)):
+        for one in (_next(entry) if entry.state == APPLIED else None, _prev(entry)):
             if one and one.release == release:
                 return one
     return State(release, current.secrets if current else "")
@@ -138,7 +141,7 @@ def after(found: Sequence[Run], name: str) -> Mapping[str, State]:
     states: dict[str, State | None] = {}
     for number, run in enumerate(found):
         for host, one in run.changes.items():
-            if one["state"] != APPLIED:
+            if one.state != APPLIED:
                 continue
             if number <= numbers[0]:
                 states[host] = _next(one)
@@ -160,9 +163,9 @@ def back_steps(current: str | None, wanted: str, units: UnitsBack) -> tuple[Step
     cause = "with the secrets that it had before" if same else f"replaces {current}"
     why = "secrets that it reads change" if same else "its files or secrets differ"
     return (
-        *(Step(Kind.STOP, unit, f"not part of {wanted}") for unit in units["stop"]),
+        *(Step(Kind.STOP, unit, f"not part of {wanted}") for unit in units.stop),
         Step(Kind.ACTIVATE, wanted, cause),
-        *(Step(Kind.RELOAD_UNIT, unit, "takes its file while it runs") for unit in units["reload"]),
-        *(Step(Kind.RESTART, unit, why) for unit in units["restart"]),
-        *(Step(Kind.START, unit, f"part of {wanted}") for unit in units["start"]),
+        *(Step(Kind.RELOAD_UNIT, unit, "takes its file while it runs") for unit in units.reload),
+        *(Step(Kind.RESTART, unit, why) for unit in units.restart),
+        *(Step(Kind.START, unit, f"part of {wanted}") for unit in units.start),
     )

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
 
-from swarm_onboard.agent.preparation_messages import InventoryAnswer
+from swarm_onboard.agent.verbs.inventory import Answer
 
 from swarmctl.plan import preflight
 from swarmctl.plan.host_needs import HostNeeds
@@ -87,21 +87,21 @@ class HostPreparation:
 
 
 def preparation(
-    needs: HostNeeds, has: InventoryAnswer, *, login: str = "", refreshed: bool = False
+    needs: HostNeeds, has: Answer, *, login: str = "", refreshed: bool = False
 ) -> HostPreparation:
     """The steps from what the host ``has`` to what it ``needs``; none if it is fit.
 
     ``login``: the account whose keys a new account takes over, if it is not the one of the spec;
     ``refreshed``: the lists of packages are fresh, so what apt does not know does not exist.
     """
-    if problem := preflight.unusable(has["facts"]):
+    if problem := preflight.unusable(has.facts):
         return HostPreparation(needs.host, problem=problem)
     steps = [*_account(needs, has, login), *_groups(needs, has)]
     lacks: list[Problem] = []
     unknown: list[PackageRequirement] = []
     for need in (found for one in needs.packages for found in _resolved(one, has)):
         if _missing(need, has) and _has_use(need, has):
-            chosen = next((name for name in need.packages if has["debian"].get(name) == "available"), None)
+            chosen = next((name for name in need.packages if has.debian.get(name) == "available"), None)
             if chosen is None and need.packages and not refreshed:
                 unknown.append(need)
             elif chosen is None:
@@ -110,9 +110,9 @@ def preparation(
                 steps.append(Step(Kind.APT, chosen, _cause(need.entries)))
     if unknown:
         names = ", ".join(dict.fromkeys(need.packages[0] for need in unknown))
-        source = middleware_of(needs.distro).package_source(has["facts"].get("platform", ""))
+        source = middleware_of(needs.distro).package_source(has.facts.platform)
         of_ros = any(name.startswith("ros-") for need in unknown for name in need.packages)
-        if source and of_ros and source not in has["sources"]:
+        if source and of_ros and source not in has.sources:
             steps.append(Step(Kind.SOURCE, source, "the packages of ROS are there, signed by its key"))
         steps.append(Step(Kind.REFRESH, "lists of packages", f"apt does not know {names} yet"))
     steps += [Step(Kind.PIP, one, _cause(who)) for one, who in needs.pip.items() if not _has_pip(one, has)]
@@ -123,31 +123,31 @@ def preparation(
         needs.host,
         tuple(sorted(steps, key=lambda step: order.index(step.kind))),
         tuple(lacks),
-        platform=has["facts"].get("platform", ""),
+        platform=has.facts.platform,
         notes=needs.by_hand,
     )
 
 
-def _account(needs: HostNeeds, has: InventoryAnswer, login: str) -> Iterator[Step]:
-    account, cause = has["account"], f"hosts.{needs.host}.user"
-    if not account["exists"]:
+def _account(needs: HostNeeds, has: Answer, login: str) -> Iterator[Step]:
+    account, cause = has.account, f"hosts.{needs.host}.user"
+    if not account.exists:
         yield Step(Kind.ACCOUNT, needs.account, cause)
-    if not account["keys"] and login not in ("", needs.account):
+    if not account.keys and login not in ("", needs.account):
         yield Step(Kind.KEYS, needs.account, f"those of {login}")
-    if not account["sudo"]:
+    if not account.sudo:
         yield Step(Kind.SUDO, needs.account, "a deploy writes units")
 
 
-def _groups(needs: HostNeeds, has: InventoryAnswer) -> Iterator[Step]:
-    member = has["account"]["groups"]
+def _groups(needs: HostNeeds, has: Answer) -> Iterator[Step]:
+    member = has.account.groups
     for group, who in needs.groups.items():
-        if group not in has["groups"] or (group not in member and needs.account != "root"):
+        if group not in has.groups or (group not in member and needs.account != "root"):
             yield Step(Kind.GROUP, group, _cause(who))
 
 
-def _images(needs: HostNeeds, has: InventoryAnswer) -> Iterator[Step | Problem]:
+def _images(needs: HostNeeds, has: Answer) -> Iterator[Step | Problem]:
     """Yields what is done about images that are not there; an engine that is installed first has none."""
-    there = {key for key, seen in zip(needs.images, has["images"], strict=False) if seen["there"]}
+    there = {key for key, seen in zip(needs.images, has.images, strict=False) if seen.there}
     for (engine, image), who in needs.images.items():
         if (engine, image) in there:
             continue
@@ -158,9 +158,9 @@ def _images(needs: HostNeeds, has: InventoryAnswer) -> Iterator[Step | Problem]:
             yield Problem("lacks", f"the image {image}, needed by {_cause(who)}", copy)
 
 
-def _workspaces(needs: HostNeeds, has: InventoryAnswer) -> Iterator[Step | Problem]:
+def _workspaces(needs: HostNeeds, has: Answer) -> Iterator[Step | Problem]:
     for path, who in needs.workspaces.items():
-        state = has["workspaces"].get(path)
+        state = has.workspaces.get(path)
         if state == "sources":
             yield Step(Kind.BUILD, path, f"{_cause(who)}: its sources are not built")
         elif state == "absent":
@@ -168,18 +168,18 @@ def _workspaces(needs: HostNeeds, has: InventoryAnswer) -> Iterator[Step | Probl
             yield Problem("lacks", f"the workspace {path}", hint)
 
 
-def _has_use(need: PackageRequirement, has: InventoryAnswer) -> bool:
+def _has_use(need: PackageRequirement, has: Answer) -> bool:
     """False for ``iw`` on a host without a radio: a cable connects it to the access point."""
-    return need.requirement != "iw" or bool(has["wireless"])
+    return need.requirement != "iw" or bool(has.wireless)
 
 
-def _resolved(need: PackageRequirement, has: InventoryAnswer) -> Iterator[PackageRequirement]:
+def _resolved(need: PackageRequirement, has: Answer) -> Iterator[PackageRequirement]:
     """What a rosdep key means on this host: by its rosdep, or the first candidate that its apt knows."""
     if not need.key:
         yield need
-    elif not has["facts"]["has"].get(need.requirement):
-        by_rosdep = has["rosdep"].get(need.key)
-        known = [one for one in need.packages if has["debian"].get(one) in ("installed", "available")]
+    elif not has.facts.has.get(need.requirement):
+        by_rosdep = has.rosdep.get(need.key)
+        known = [one for one in need.packages if has.debian.get(one) in ("installed", "available")]
         if by_rosdep is not None:
             yield from (PackageRequirement("", (one,), need.entries, need.key) for one in by_rosdep)
         elif not need.requirement:  # a key of the table; all of its packages
@@ -190,20 +190,20 @@ def _resolved(need: PackageRequirement, has: InventoryAnswer) -> Iterator[Packag
             yield need
 
 
-def _missing(need: PackageRequirement, has: InventoryAnswer) -> bool:
+def _missing(need: PackageRequirement, has: Answer) -> bool:
     if need.requirement:
-        return not has["facts"]["has"].get(need.requirement)
-    return has["debian"].get(need.packages[0]) != "installed"
+        return not has.facts.has.get(need.requirement)
+    return has.debian.get(need.packages[0]) != "installed"
 
 
-def _no_source(need: PackageRequirement, has: InventoryAnswer, distro: str) -> Problem:
+def _no_source(need: PackageRequirement, has: Answer, distro: str) -> Problem:
     """The problem that no package source of the host has it, or that the installed package does not."""
     what = (
         f"{need.key or required(need.requirement)[1] or need.packages[0]}, needed by {_cause(need.entries)}"
     )
     if not need.packages:
         return Problem("lacks", what, "; ".join(install_hints(distro, [need.requirement])))
-    installed = [name for name in need.packages if has["debian"].get(name) == "installed"]
+    installed = [name for name in need.packages if has.debian.get(name) == "installed"]
     reason = (
         f"{installed[0]} is installed and does not bring it"
         if installed
@@ -224,8 +224,8 @@ def _no_source(need: PackageRequirement, has: InventoryAnswer, distro: str) -> P
     )
 
 
-def _has_pip(requirement: str, has: InventoryAnswer) -> bool:
-    installed, version = has["pip"].get(requirement), requirement.partition("==")[2]
+def _has_pip(requirement: str, has: Answer) -> bool:
+    installed, version = has.pip.get(requirement), requirement.partition("==")[2]
     return installed is not None and version in ("", installed)
 
 

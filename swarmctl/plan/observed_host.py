@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from swarm_onboard.agent.host_list_messages import HostListState
 from swarm_onboard.agent.manifest_json import FileData, ManifestData
-from swarm_onboard.agent.messages import (
-    BlockDrift,
-    Facts,
-    FileDrift,
-    LinkDrift,
-    ObserveAnswer,
-    SecretState,
-    Transaction,
-)
-from swarm_onboard.agent.messages import UnitState as UnitData
+from swarm_onboard.agent.messages import BlockDrift, FileDrift, LinkDrift, SecretState
 from swarm_onboard.agent.record import REMOVING
 
 from swarmctl.render.bundle import Bundle
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.deployed import Transaction
+    from swarm_onboard.agent.host_list import HostListState
+    from swarm_onboard.agent.systemd import UnitState as UnitData
+    from swarm_onboard.agent.verbs import observe
+    from swarm_onboard.agent.verbs.observe import Facts
 
 
 @dataclass(frozen=True)
@@ -78,18 +76,18 @@ class Observed:
     @property
     def last_txid(self) -> str:
         """The name of the last change; empty if there was none."""
-        return self.transaction["txid"] if self.transaction else ""
+        return self.transaction.txid if self.transaction else ""
 
     @property
     def unfinished(self) -> str:
         """The change that was interrupted, or waits for its confirmation; empty if there is none."""
         last = self.transaction
-        if last is None or last["state"] in ("", "applied", "undone"):
+        if last is None or last.state in ("", "applied", "undone"):
             return ""
-        who = last["who"] or "someone"
-        if last["state"] == REMOVING:
+        who = last.who or "someone"
+        if last.state == REMOVING:
             return f"the removal of the swarm is not finished, by {who}"
-        releases = f"{last['previous'] or 'nothing'} -> {last['next'] or 'nothing'}"
+        releases = f"{last.previous or 'nothing'} -> {last.next or 'nothing'}"
         return f"an earlier deploy was interrupted: {releases} by {who}"
 
     @property
@@ -111,48 +109,46 @@ class Observed:
 
     def takes(self, path: str) -> bool:
         """Returns True if the host has the program, if any, to which the place of ``path`` belongs."""
-        absent = self.facts["absent"] if self.facts else ()
+        absent = self.facts.absent if self.facts else ()
         return not any(path == place or path.startswith(f"{place}/") for place in absent)
 
 
 NOTHING = Observed()
 
 
-def from_answer(answer: ObserveAnswer, bundle: Bundle, *, received: float) -> Observed:
+def from_answer(answer: observe.Answer, bundle: Bundle, *, received: float) -> Observed:
     """Returns the agent's answer to ``observe``, which came when this machine's clock was ``received``.
 
     It leaves the manifest out when the host runs ``bundle`` already.
     """
-    digest = answer["release"]
-    drift = answer["drift"]
     return Observed(
-        digest=digest,
-        manifest=bundle.manifest if digest == bundle.digest else answer.get("manifest"),
-        drift=drift["files"],
-        links=drift["links"],
-        blocks=drift["blocks"],
-        units={name: _unit(state) for name, state in answer["units"].items()},
-        contents=answer.get("files", {}),
-        transaction=answer["transaction"],
-        secrets=answer.get("secrets", {}),
-        facts=answer["facts"],
-        busy=answer.get("busy", {}),
-        uploaded=frozenset(answer.get("uploaded", ())),
-        edits=answer.get("edits", {}),
-        edit_texts=answer.get("edit_texts", {}),
-        clock_ahead=answer["facts"]["time"] - received,
-        foreign_units=tuple(answer.get("foreign_units", ())),
-        host_list=answer.get("host_list"),
-        unknown_keys=tuple(answer.get("wireguard_keys", ())),
+        digest=answer.release,
+        manifest=bundle.manifest if answer.release == bundle.digest else answer.manifest,
+        drift=answer.drift.files,
+        links=answer.drift.links,
+        blocks=answer.drift.blocks,
+        units={name: _unit(state) for name, state in answer.units.items()},
+        contents=answer.files,
+        transaction=answer.transaction,
+        secrets=answer.secrets,
+        facts=answer.facts,
+        busy=answer.busy,
+        uploaded=frozenset(answer.uploaded),
+        edits=answer.edits,
+        edit_texts=answer.edit_texts,
+        clock_ahead=answer.facts.time - received,
+        foreign_units=tuple(answer.foreign_units),
+        host_list=answer.host_list,
+        unknown_keys=tuple(answer.wireguard_keys),
     )
 
 
 def _unit(state: UnitData) -> UnitState:
     return UnitState(
-        active=state["active"],
-        sub=state["sub"],
-        pid=state["pid"],
-        restarts=state["restarts"],
-        skipped=state["skipped"],
-        unmet=tuple(state["unmet"]),
+        active=state.active,
+        sub=state.sub,
+        pid=state.pid,
+        restarts=state.restarts,
+        skipped=state.skipped,
+        unmet=tuple(state.unmet),
     )

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-
-from swarm_onboard.agent.messages import Facts
+from typing import TYPE_CHECKING
 
 from swarmctl.plan.host_tools import TOOLS
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import Problem
 from swarmctl.render.bundle import Bundle
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.verbs.observe import Facts
 
 _OLDEST_PYTHON = (3, 8)
 _CLOCKS_APART = 60.0  # s between the clocks of host and operator that are worth a note
@@ -22,12 +24,10 @@ PREPARE_INSTALLS = "`swarmctl prepare` installs it"
 
 def unusable(facts: Facts) -> Problem | None:
     """Returns why nothing can make the host fit; None if something can."""
-    if not facts["systemd"]:
+    if not facts.systemd:
         return Problem(UNFIT, "it does not run systemd", "swarmctl needs a host that boots with systemd")
-    if _version(facts["python"]) < _OLDEST_PYTHON:
-        return Problem(
-            UNFIT, f"its Python is {facts['python']}", "swarmctl needs Python 3.8 or newer on a host"
-        )
+    if _version(facts.python) < _OLDEST_PYTHON:
+        return Problem(UNFIT, f"its Python is {facts.python}", "swarmctl needs Python 3.8 or newer on a host")
     return None
 
 
@@ -51,8 +51,8 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
     if not facts:  # the host was not contacted
         return
     last = observed.transaction
-    if last is not None and last["state"] == "undone":
-        yield f"the deploy of release {last['next']} by {last['who']} did not stay: {last['error']}"
+    if last is not None and last.state == "undone":
+        yield f"the deploy of release {last.next} by {last.who} did not stay: {last.error}"
     for unit in observed.foreign_units:
         yield (
             f"{unit} is named as a unit of the swarm, and swarmctl did not write it; to remove it: "
@@ -63,10 +63,10 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
             f"its clock and this machine's differ by {_span(apart)}: logs and the stamps of messages do not "
             "fit; on both: timedatectl shows which is wrong"
         )
-    saving = facts.get("power_save", {})
+    saving = facts.power_save or {}
     for name in bundle.wants:
         # A host that a cable connects to the access point has no radio.
-        if not facts["has"].get(name) and not (name == "iw" and not saving):
+        if not facts.has.get(name) and not (name == "iw" and not saving):
             yield f"it lacks {TOOLS[name].note}"
     for name, secret in observed.secrets.items():
         if secret == "missing" and name not in bundle.secret_forms:  # a PIN
@@ -76,7 +76,7 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
             )
     if observed.digest != bundle.digest:  # this deploy fixes the rest
         return
-    if bundle.follows and facts.get("clock") == "alone":
+    if bundle.follows and facts.clock == "alone":
         yield f"its clock does not follow {bundle.follows}; `chronyc sources` lists its time sources"
     for interface, state in saving.items():
         if state == "on":

@@ -239,7 +239,7 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
 
 def _absent(requirements: Iterable[str], observed: Observed) -> list[str]:
     """The requirements that the host lacks; none if it was not contacted."""
-    return [one for one in requirements if not observed.facts["has"].get(one)] if observed.facts else []
+    return [one for one in requirements if not observed.facts.has.get(one)] if observed.facts else []
 
 
 def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
@@ -261,10 +261,10 @@ def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
         return problem
     for file in bundle.files:
         machines = machines_of(file.content)
-        if machines and facts["machine"] not in machines:
-            message = f"its machine is {facts['machine']}, and {file.path} is compiled for {machines[0]}"
-            return Problem(preflight.UNFIT, message, f"build {file.origin or 'it'} for {facts['machine']}")
-    if bundle.platform and (platform := facts.get("platform", bundle.platform)) != bundle.platform:
+        if machines and facts.machine not in machines:
+            message = f"its machine is {facts.machine}, and {file.path} is compiled for {machines[0]}"
+            return Problem(preflight.UNFIT, message, f"build {file.origin or 'it'} for {facts.machine}")
+    if bundle.platform and (platform := facts.platform or bundle.platform) != bundle.platform:
         message = f"it is {platform}, and its packages are built for {bundle.platform}"
         return Problem(preflight.UNFIT, message, "`swarmctl prepare` builds them for it")
     if missing := _absent(bundle.requires, observed):

@@ -21,7 +21,7 @@ from swarm_onboard.agent.answers import ANSWERS
 from swarm_onboard.agent.manifest import NAME as MANIFEST
 
 from swarmctl.remote.agent_archive import DEPLOY_VERBS, Agent, agent
-from swarmctl.remote.answer_check import bounded, mismatch
+from swarmctl.remote.answer_check import mismatch, parsed
 from swarmctl.remote.transport import (
     CHANNEL_TIMEOUT,
     AgentSession,
@@ -259,10 +259,10 @@ def _parse(text: bytes) -> dict[str, Any]:
         if text.startswith(_PACKED):
             unpacker = zlib.decompressobj()
             text = unpacker.decompress(base64.b64decode(text[len(_PACKED) :]), _LONGEST_ANSWER)
-        value = json.loads(text)
-    except (ValueError, zlib.error, RecursionError):
+        value = parsed(text)
+    except (ValueError, zlib.error):
         return {}
-    return value if isinstance(value, dict) and bounded(value) else {}
+    return value if isinstance(value, dict) else {}
 
 
 def _checked(request: Mapping[str, Any], answer: dict[str, Any]) -> dict[str, Any]:

@@ -2,19 +2,40 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import is_dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import islice
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is_typeddict
 
 DEEPEST = 32  # levels of lists and objects in one answer
 _LARGEST = 1 << 63
+_LONGEST_NUMBER = 40  # characters
 _LONGEST_TEXT = 300  # of a value
 _MOST = 20_000  # entries of one list or mapping of a value
 _NAMES = {str: "text", bool: "true or false", int: "a whole number", float: "a number", NoneType: "null"}
+
+
+def parsed(text: str | bytes) -> Any:
+    """Returns JSON from a host; a number too large to compute with is NaN, which fits nowhere.
+
+    Raises ValueError if it is none, or not ``bounded``.
+    """
+    try:
+        value = json.loads(text, parse_int=partial(_number, int), parse_float=partial(_number, float))
+    except RecursionError as error:
+        raise ValueError(str(error)) from None
+    if not bounded(value):
+        raise ValueError("too deep, or not UTF-8")
+    return value
+
+
+def _number(kind: Callable[[str], float], text: str) -> float:
+    value = kind(text) if len(text) < _LONGEST_NUMBER else math.nan
+    return value if abs(value) < _LARGEST else math.nan
 
 
 def bounded(value: Any) -> bool:
@@ -83,7 +104,7 @@ def _object_mismatch(value: Any, expected: Any, where: str) -> str:
 @lru_cache
 def types_of(kind: type) -> Mapping[str, Any]:
     """The types of a class's fields by name, evaluated."""
-    return get_type_hints(kind)
+    return get_type_hints(kind, localns={"Literal": Literal})  # a host does not import `typing`
 
 
 def _is_scalar(value: Any, expected: type) -> bool:

@@ -10,10 +10,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
+from swarm_onboard.agent.bags import Recording
 from swarm_onboard.agent.paths import BAGS
-from swarm_onboard.agent.recording_messages import RecordingAnswer, RecordingRequest, RecordRequest
+from swarm_onboard.agent.verbs import record, recording
 
 from swarmctl.remote import agent_client, file_download, parallel_hosts
+from swarmctl.remote.ask import ask
 from swarmctl.remote.parallel_hosts import Event, Stop
 from swarmctl.remote.transport import HostError, Session, Target, Transport, WorkerSession
 from swarmctl.resources import HostModule
@@ -30,48 +32,47 @@ class Fetched:
     """What a host had: its last recording, and its bags, which are here now, with their sizes in bytes."""
 
     host: str
-    recording: RecordingAnswer | None = None
+    recording: Recording | None = None
     bags: dict[Path, int] = field(default_factory=dict)
 
 
 def start(
-    requests: Mapping[str, RecordRequest],
+    requests: Mapping[str, record.Request],
     targets: Sequence[Target],
     modules: Mapping[str, HostModule],
     transport: Transport,
     *,
     parallel: int,
-) -> Generator[Event[RecordingAnswer], None, None]:
+) -> Generator[Event[Recording], None, None]:
     """Starts a recording on each host that publishes something of it; others answer without topics.
 
     ``modules``: those that look at the graph, by host.
     """
 
-    def work(session: Session, target: Target, note: object) -> RecordingAnswer:
+    def work(session: Session, target: Target, note: object) -> Recording:
         with agent_client.agent_session(session, verbs=("record",), module=modules[target.host]) as agent:
-            answer: RecordingAnswer = agent.request(requests[target.host], timeout=_STARTS_WITHIN)
-            return answer
+            return ask(agent, record.handle, requests[target.host], timeout=_STARTS_WITHIN)
 
     yield from parallel_hosts.run(targets, work, transport=transport, parallel=parallel)
 
 
 def watch(
     swarm: str, targets: Sequence[Target], transport: Transport
-) -> Generator[Event[RecordingAnswer], None, None]:
+) -> Generator[Event[Recording], None, None]:
     """Watches recordings until they end; each second a note has the bytes in the bags of a host.
 
     A host whose link is lost is connected again; what keeps it away is a note.
     """
     stop = Stop()
 
-    def work(target: Target, note: Callable[[str], None]) -> RecordingAnswer:
-        def look(session: Session) -> RecordingAnswer:
+    def work(target: Target, note: Callable[[str], None]) -> Recording:
+        def look(session: Session) -> Recording:
             with agent_client.agent_session(session, verbs=("recording",)) as agent:
                 while True:
-                    answer: RecordingAnswer = agent.request(_request(swarm))
-                    if not answer["runs"]:
+                    answer = ask(agent, recording.handle, recording.Request(swarm))
+                    if not answer.runs:
                         return answer
-                    note(str(sum(answer["bags"].values())))
+                    note(str(sum(answer.bags.values())))
                     time.sleep(_LOOK)
 
         return _over_lost_links(look, target, transport, stop, note)
@@ -111,9 +112,9 @@ def _move_all(
 ) -> None:
     assert not isinstance(session, WorkerSession)
     with agent_client.agent_session(session, verbs=("recording",)) as agent:
-        answer: RecordingAnswer = agent.request(_request(swarm, stop=True), timeout=_STOPS_WITHIN)
+        answer = ask(agent, recording.handle, recording.Request(swarm, stop=True), timeout=_STOPS_WITHIN)
     found.recording = found.recording or answer
-    for name, size in sorted(answer["bags"].items()):
+    for name, size in sorted(answer.bags.items()):
         if _NAME.fullmatch(name):
             place = folder / name
             file_download.move(session, f"{BAGS}/{swarm}/{name}", place, received)
@@ -144,7 +145,3 @@ def _over_lost_links(
                 raise
             note(error.message)
         time.sleep(_PAUSES[min(failures, len(_PAUSES)) - 1])
-
-
-def _request(swarm: str, *, stop: bool = False) -> RecordingRequest:
-    return {"verb": "recording", "swarm": swarm, "stop": stop}

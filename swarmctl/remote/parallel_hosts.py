@@ -71,6 +71,11 @@ def result_of(event: Finished[R] | Skipped) -> R | HostError:
     return event.outcome
 
 
+def results_of(events: Iterable[Event[R]]) -> dict[str, R | HostError]:
+    """Returns the result of each host, or its error, once all have one."""
+    return {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}
+
+
 @contextmanager
 def bugs_as_errors(where: str) -> Iterator[None]:
     """Raises a ``HostError`` in place of any other exception: a bug in a thread costs its host only.

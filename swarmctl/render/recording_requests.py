@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from swarm_onboard.agent.recording_messages import RecordRequest
+from swarm_onboard.agent.verbs.record import Request
 
 from swarmctl.render.middleware import Middleware, middleware_of
 from swarmctl.swarm.resolved import Island, Swarm
@@ -17,12 +17,12 @@ def requests(
     *,
     seconds: float,
     megabytes: int,
-) -> dict[str, RecordRequest]:
+) -> dict[str, Request]:
     """Returns the request to each host that runs ROS: ``seconds`` of what ``patterns`` match, 0 for ever.
 
     ``accounts``: as whom each host is logged in to; ``megabytes``: of a bag, until a new one begins.
     """
-    found: dict[str, RecordRequest] = {}
+    found: dict[str, Request] = {}
     for island in swarm.islands:
         middleware = middleware_of(island.distro)
         recorder = middleware.bag_recorder
@@ -37,24 +37,21 @@ def requests(
         drivers = [middleware.driver(swarm, robot).node for name in hosts for robot in swarm.robots_on(name)]
         declared = _declared(swarm, middleware, island)
         for name in island.hosts:
-            found[name] = {
-                "verb": "record",
-                "swarm": swarm.name,
-                "account": accounts[name],
-                "command": list(recorder.command(swarm.name, name, megabytes)),
-                "patterns": list(patterns),
-                "graph": {
-                    "module": recorder.graph.name,
-                    "master": master.uri if master else "",
-                    "host": name,
-                    "hub": island.hub,
-                    "homes": homes,
-                    "nodes": nodes,
-                    "awaited": [one for one in drivers if one],
-                    "declared": declared,
-                },
-                "seconds": seconds,
-            }
+            found[name] = Request(
+                swarm.name,
+                accounts[name],
+                list(recorder.command(swarm.name, name, megabytes)),
+                list(patterns),
+                seconds,
+                module=recorder.graph.name,
+                master=master.uri if master else "",
+                host=name,
+                hub=island.hub,
+                homes=homes,
+                nodes=nodes,
+                awaited=[one for one in drivers if one],
+                declared=declared,
+            )
     return found
 
 

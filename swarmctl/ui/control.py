@@ -55,5 +55,5 @@ class Control:
                 if isinstance(result, HostError):
                     yield f"{event.host}  {result.kind.value}: {result.message}"
                 else:
-                    for name in result["released"]:
+                    for name in result.released:
                         yield f"{name}  released: it stands until its next command"

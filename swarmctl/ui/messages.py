@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
+from swarm_onboard.agent.verbs.telemetry import Telemetry
+
 from swarmctl.health.log_entries import Entry, Merge
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import Status
@@ -28,6 +30,12 @@ def status(seen: Status, age: float) -> dict[str, Any]:
         ],
         "age": age,
     }
+
+
+def telemetry(note: Telemetry) -> dict[str, Any]:
+    """How the robots of a host move, and whose device is missing."""
+    robots = {name: one._asdict() for name, one in note.robots.items()}
+    return {"robots": robots, "missing": note.missing}
 
 
 def _finding(one: Finding) -> dict[str, Any]:

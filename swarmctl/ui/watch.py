@@ -5,15 +5,15 @@ Meanwhile the host sends how its robots move; a change there brings the next loo
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from swarm_onboard.agent.motion_messages import RobotTelemetry, Telemetry, TelemetryRequest
 from swarm_onboard.agent.probe_messages import ProbeRequest
+from swarm_onboard.agent.verbs import telemetry
+from swarm_onboard.agent.verbs.telemetry import RobotTelemetry, Telemetry
 from swarm_onboard.ros2_probe import discovery
 
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
@@ -23,6 +23,7 @@ from swarmctl.health.observations import Answer
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import request
 from swarmctl.remote import agent_client
+from swarmctl.remote.ask import ask, of_note
 from swarmctl.remote.parallel_hosts import Stop, bugs_as_errors
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
@@ -161,7 +162,8 @@ class Watch:
                 agent_client.agent_session(session, verbs=("telemetry",)) as agent,
             ):
                 while not stop.requested:
-                    agent.request(host.telemetry, on_note=partial(self._note, host), timeout=_TURN + _OVERDUE)
+                    note = partial(self._note, host)
+                    ask(agent, telemetry.handle, host.telemetry, on_note=note, timeout=_TURN + _OVERDUE)
         except HostError as error:
             if error.kind is Kind.BUG and host.session is session:
                 host.bug = error
@@ -170,11 +172,7 @@ class Watch:
 
     def _note(self, host: _Watched, text: str) -> None:
         host.reported = time.monotonic()
-        try:
-            note = json.loads(text)
-        except (ValueError, RecursionError):
-            raise HostError(Kind.PROTOCOL, "what a host reports of its robots cannot be read") from None
-        agent_client.check_type(note, Telemetry, "what a host reports of its robots")
+        note = of_note(text, Telemetry, "what a host reports of its robots")
         if host.is_news(note):
             host.news.set()
         self._on_telemetry(note)
@@ -188,13 +186,8 @@ class _Watched:
         self.request = request(graph, host, WINDOW)
         self.longest = _listening(self.request) + _PAUSE + _OVERDUE
         self.longest += _DISCOVERY if self.request["expected"] else 0.0
-        self.telemetry: TelemetryRequest = {
-            "verb": "telemetry",
-            "swarm": graph.swarm,
-            "devices": {robot.name: robot.device for robot in host.robots if robot.device},
-            "period": PERIOD,
-            "seconds": _TURN,
-        }
+        devices = {robot.name: robot.device for robot in host.robots if robot.device}
+        self.telemetry = telemetry.Request(graph.swarm, devices, PERIOD, _TURN)
         self.news = threading.Event()
         self.session: Session | None = None  # while it is connected
         self.bug: HostError | None = None  # in the thread that passes on motion
@@ -203,14 +196,14 @@ class _Watched:
 
     def is_news(self, note: Telemetry) -> bool:
         """Returns True if a driver, a device or a unit came or went, or a driver's trouble did."""
-        troubles = {name: _trouble(one) for name, one in note["robots"].items()}
-        state = troubles, note["missing"], note["units"]
+        troubles = {name: _trouble(one) for name, one in note.robots.items()}
+        state = troubles, note.missing, note.units
         before, self._state = self._state, state
         return before is not None and state != before
 
 
 def _trouble(one: RobotTelemetry) -> tuple[str, bool]:
-    return one["trouble"], one["held"]
+    return one.trouble, one.held
 
 
 def _listening(one: ProbeRequest) -> float:

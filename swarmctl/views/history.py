@@ -40,11 +40,11 @@ def results(run: Run) -> Mapping[str, list[str]]:
     """Returns what a run did, each with the hosts where it did that."""
     found: dict[str, list[str]] = {}
     for host, one in run.changes.items():
-        if one["state"] == FORGOTTEN:
-            found.setdefault(f"forgot {printable(one['error'])}", []).append(host)
+        if one.state == FORGOTTEN:
+            found.setdefault(f"forgot {printable(one.error)}", []).append(host)
             continue
-        way = f"{one['previous'] or 'nothing'} -> {one['next'] or 'nothing'}"
-        way += ", other secrets" if one["previous_secrets"] != one["next_secrets"] and one["previous"] else ""
-        undone = "" if one["state"] == APPLIED else f", undone: {printable(one['error'])}"
+        way = f"{one.previous or 'nothing'} -> {one.next or 'nothing'}"
+        way += ", other secrets" if one.previous_secrets != one.next_secrets and one.previous else ""
+        undone = "" if one.state == APPLIED else f", undone: {printable(one.error)}"
         found.setdefault(way + undone, []).append(host)
     return found

@@ -36,10 +36,10 @@ def lines(found: Fetched) -> Iterator[str]:
     if recording is None or not found.bags:
         yield f"{found.host}  no bags"
     else:
-        ended = _ENDINGS[recording["ended"]]
-        yield f"{found.host}  {len(recording['topics'])} topics {ended}".rstrip()
-        if recording["output"] and recording["ended"] != "failed":
-            yield f"    {printable(recording['output'])}"
+        ended = _ENDINGS[recording.ended]
+        yield f"{found.host}  {len(recording.topics)} topics {ended}".rstrip()
+        if recording.output and recording.ended != "failed":
+            yield f"    {printable(recording.output)}"
     for place, count in found.bags.items():
         yield f"    {place}  {size(count)}"
         if place.suffix == ".active":

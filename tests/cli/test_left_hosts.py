@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent.host_list_messages import HostLogin
+from swarm_onboard.agent.host_list import HostLogin
 
 from swarmctl.cli import exit_codes, options, ssh_targets
 from swarmctl.cli.app import run
@@ -95,7 +95,7 @@ def test_limit_chooses_among_the_hosts_that_left(
     left: FakeHost, leader_spec: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     place = journal.folder("newswarm")
-    journal.remember(place, "dead-pi", "0" * 16, {}, {**LOGIN, "address": "192.0.2.8"})
+    journal.remember(place, "dead-pi", "0" * 16, {}, LOGIN._replace(address="192.0.2.8"))
     orphans = ["remove", str(leader_spec), "--orphans", "--yes", "--limit"]
     assert run([*orphans, "k3-pi"]) == exit_codes.ERROR  # it is in the spec
     assert "dead-pi" in capsys.readouterr().err
@@ -125,7 +125,9 @@ def named(tmp_path: Path, left: FakeHost, elsewhere: dict[str, FakeHost], leader
     journal.forget(journal.folder("newswarm"), "old-pi")
     elsewhere["k3-pi"] = host = fake(tmp_path / "k3-pi")
     (host.prefix / "opt/swarm/newswarm/state").mkdir()
-    (host.prefix / HOST_LIST).write_text(json.dumps({"epoch": 5, "hosts": {"old-pi": LOGIN}, "gone": {}}))
+    (host.prefix / HOST_LIST).write_text(
+        json.dumps({"epoch": 5, "hosts": {"old-pi": LOGIN._asdict()}, "gone": {}})
+    )
     spec = tmp_path / "swarm.yaml"
     spec.write_bytes(leader_spec.read_bytes())
     key = "ssh-ed25519 AAAAC3NzaC1lZDI1NTE5AAAAIOMqqnkVzrm0SdG6UOoqKLsabgH5C9okWi0dh2l9GKJl"

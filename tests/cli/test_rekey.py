@@ -5,10 +5,9 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
-from swarm_onboard.agent.messages import WireguardKeyAnswer
+from swarm_onboard.agent.verbs.wireguard_key import Answer, Request
 from swarm_onboard.tunnel.keys import Keys, line
 
 from swarmctl.cli import exit_codes, options
@@ -32,16 +31,16 @@ class Hosts:
         self.reached: set[str] = set()
 
     def exchanged(
-        self, _: str, requests: Mapping[str, Mapping[str, Any]], targets: Mapping[str, Target], _way: object
-    ) -> Mapping[str, WireguardKeyAnswer | HostError]:
+        self, requests: Mapping[str, Request], targets: Mapping[str, Target], _way: object
+    ) -> Mapping[str, Answer | HostError]:
         self.reached |= requests.keys()
         return {host: self._answer(host, request) for host, request in requests.items()}
 
-    def _answer(self, host: str, request: Mapping[str, Any]) -> WireguardKeyAnswer | HostError:
+    def _answer(self, host: str, request: Request) -> Answer | HostError:
         if host in self.away:
             return HostError(Kind.UNREACHABLE, f"{host}: no answer")
-        self.key[host] = request.get("use", self.key[host])
-        return {"public": self.key[host], "next": key(HOSTS.index(host) + 10)}
+        self.key[host] = request.use or self.key[host]
+        return Answer(self.key[host], key(HOSTS.index(host) + 10))
 
 
 @pytest.fixture

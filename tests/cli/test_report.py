@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from swarm_onboard.agent.verbs.history import Answer
 
 from swarmctl.adoption.changes import EditedFile
 from swarmctl.cli import exit_codes, options
@@ -82,7 +83,10 @@ def swarm(
     monkeypatch.setattr(host_logs, "host_logs", found.logs)
     monkeypatch.setattr(rollout, "observe", found.observe)
     monkeypatch.setattr(edits_on_hosts, "edits_on_hosts", found.edited)
-    monkeypatch.setattr(histories, "histories", lambda *_, **__: [Finished(host, [], 0.0) for host in HOSTS])
+    unchanged = Answer([], None, "", [], [], "")
+    monkeypatch.setattr(
+        histories, "histories", lambda *_, **__: [Finished(host, unchanged, 0.0) for host in HOSTS]
+    )
     reach = {host.name: Target(host.name, host.address, "robot") for host in graph().hosts}
     monkeypatch.setattr(options, "targets", lambda *_, **__: reach)
     return found

@@ -8,6 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.robot_motion import RobotMotion
+from swarm_onboard.agent.verbs import restart as restart_verb
+from swarm_onboard.agent.verbs import start as start_verb
+from swarm_onboard.agent.verbs import stop as stop_verb
 
 from swarmctl.cli import exit_codes
 from swarmctl.deploy import robot_stop
@@ -27,12 +31,10 @@ robots:
   r2: {type: koala, host: one}
   r3: {type: koala, host: two}
 """
-STANDS = {
-    "latched": True, "runs": True, "proof": "wheels", "seconds": 0.2, "commander": "joy (/joy)", "trouble": ""
-}  # fmt: skip
-STOOD = {**STANDS, "seconds": 0.0, "commander": "nobody"}
-SENT = {**STANDS, "proof": "sent", "commander": "nobody", "trouble": "its wheels are not measured"}
-UNGUARDED = {**STANDS, "latched": False, "proof": "none", "trouble": "nothing stops its wheels"}
+STANDS = RobotMotion(True, True, "wheels", 0.2, "joy (/joy)", "")
+STOOD = STANDS._replace(seconds=0.0, commander="nobody")
+SENT = STANDS._replace(proof="sent", commander="nobody", trouble="its wheels are not measured")
+UNGUARDED = STANDS._replace(latched=False, proof="none", trouble="nothing stops its wheels")
 AWAY = HostError(Kind.UNREACHABLE, "no route to host")
 LOST = HostError(Kind.LOST, "the connection was lost")
 BUSY = HostError(Kind.REFUSED, "r3 is commanded by joy", "use --stop-robots")
@@ -46,7 +48,7 @@ def folder(tmp_path: Path) -> Path:
 
 def of(found: dict[str, Any], robots: list[str]) -> HostStop:
     chosen = {name: found[name] for name in robots}
-    return HostStop({"deployed": True, "elapsed": 0.3, "robots": chosen}, 1.0)
+    return HostStop(stop_verb.Answer(True, 0.3, chosen), 1.0)
 
 
 def answers(monkeypatch: pytest.MonkeyPatch, one: Any, two: Any) -> list[dict[str, Any]]:
@@ -67,7 +69,11 @@ def answers(monkeypatch: pytest.MonkeyPatch, one: Any, two: Any) -> list[dict[st
     ("two", "code", "line"),
     [
         ({"r3": STANDS}, exit_codes.OK, "r3  stands: by its wheels, 0.90 s after the command; was c"),
-        ({"r3": {**STANDS, "proof": "odometry"}}, exit_codes.OK, "r3  stands: by its odometry, 0.90 s after"),
+        (
+            {"r3": STANDS._replace(proof="odometry")},
+            exit_codes.OK,
+            "r3  stands: by its odometry, 0.90 s after",
+        ),
         ({"r3": STOOD}, exit_codes.OK, "r3  stands: stood already"),
         ({"r3": SENT}, exit_codes.NOT_PROVEN, "r3  not proven: a zero was sent, at most 0.90 s"),
         ({"r3": UNGUARDED}, exit_codes.HOSTS_FAILED, "r3  NOT STOPPED: two: nothing stops its wheels"),
@@ -118,7 +124,7 @@ def test_a_robot_without_a_host_is_named(folder: Path, monkeypatch: pytest.Monke
 @pytest.mark.parametrize(
     ("two", "code"),
     [
-        ({"deployed": True, "released": ["r3"]}, exit_codes.OK),
+        (start_verb.Answer(deployed=True, released=["r3"]), exit_codes.OK),
         (AWAY, exit_codes.HOSTS_UNREACHABLE),
         (LOST, exit_codes.HOSTS_FAILED),
     ],
@@ -127,7 +133,7 @@ def test_start_names_what_it_released_and_what_failed(
     folder: Path, monkeypatch: pytest.MonkeyPatch, two: Any, code: int
 ) -> None:
     def start(*_: Any, **__: Any) -> Iterator[Finished[Any]]:
-        yield Finished("one", {"deployed": True, "released": ["r1"]}, 1.0)
+        yield Finished("one", start_verb.Answer(deployed=True, released=["r1"]), 1.0)
         yield Finished("two", two, 1.0)
 
     monkeypatch.setattr(robot_stop, "start", start)
@@ -154,7 +160,7 @@ def test_restart_prints_the_units_of_each_host(
     def restart(_: str, robots: dict[str, list[str]], *__: Any, **options: Any) -> Iterator[Finished[Any]]:
         assert options["stop_robots"] is False
         for host, units in {"one": ["r1.service"], "two": two}.items():
-            answer = {"deployed": True, "restarted": units}
+            answer = restart_verb.Answer(deployed=True, restarted=units)
             yield Finished(host, units if isinstance(units, HostError) else answer, 1.0)
 
     monkeypatch.setattr(robot_stop, "restart", restart)

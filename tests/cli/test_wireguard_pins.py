@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent.messages import WireguardKeyAnswer
+from swarm_onboard.agent.verbs.wireguard_key import Answer
 from swarm_onboard.tunnel.keys import Keys
 
 from swarmctl.cli import exit_codes, options
@@ -31,14 +31,11 @@ class Answers:
         self.by_host: dict[str, str | HostError] = {name: key(number) for number, name in enumerate(HOSTS)}
 
     def exchanged(
-        self, _swarm: str, requests: Mapping[str, object], targets: Mapping[str, Target], _transport: object
-    ) -> Mapping[str, WireguardKeyAnswer | HostError]:
+        self, requests: Mapping[str, object], targets: Mapping[str, Target], _transport: object
+    ) -> Mapping[str, Answer | HostError]:
         assert not [one for one in requests if targets[one].expelled]
         found = {host: self.by_host[host] for host in requests}
-        return {
-            host: one if isinstance(one, HostError) else {"public": one, "next": ""}
-            for host, one in found.items()
-        }
+        return {host: one if isinstance(one, HostError) else Answer(one, "") for host, one in found.items()}
 
 
 @pytest.fixture

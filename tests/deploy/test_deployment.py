@@ -82,7 +82,7 @@ def test_three_of_twenty_failures_stop_a_rollout_that_may_have_two(tmp_path: Pat
         "the rollout has stopped before it, since h[01,05,07] failed"
     }
     for name in names:
-        released = way.hosts[name].observe()["release"]
+        released = way.hosts[name].observe().release
         assert (released == wanted[name].digest) is (changed(results)[name] is True), name
 
 
@@ -94,7 +94,7 @@ def test_hosts_that_belong_together_go_back_together(deployed_hosts: dict[str, F
     old = bundles()["epuck"].digest
     assert str(results["epuck"]) == f"it was changed and is back at release {old}, since k3 failed"
     assert set(speeds(deployed_hosts).values()) == {"1"}
-    states = {host.observe()["transaction"]["state"] for host in deployed_hosts.values()}
+    states = {host.observe().transaction.state for host in deployed_hosts.values()}
     assert states == {"undone"}
 
 
@@ -102,7 +102,7 @@ def test_hosts_that_belong_together_stay_together(deployed_hosts: dict[str, Fake
     way = FolderTransport(deployed_hosts, {})
     results = deployed(deploy(bundles(**FAST), TARGETS, way, most_failed=0, consistency="all"))
     assert changed(results) == dict.fromkeys(HOSTS, True)
-    assert {host.observe()["transaction"]["state"] for host in deployed_hosts.values()} == {"applied"}
+    assert {host.observe().transaction.state for host in deployed_hosts.values()} == {"applied"}
 
 
 def test_a_run_that_dies_between_confirmations_is_finished(
@@ -172,7 +172,7 @@ def test_files_that_nothing_uses_need_no_second_login(
     assert changed(deployed(deploy(wanted, TARGETS, way))) == dict.fromkeys(HOSTS, True)
     for name, host in deployed_hosts.items():
         seen = host.observe()
-        assert (seen["release"], seen["transaction"]["state"]) == (wanted[name].digest, "applied")
+        assert (seen.release, seen.transaction.state) == (wanted[name].digest, "applied")
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_a_host_whose_agent_dies_is_asked_what_came_of_it(
     assert changed(found) == {"k3": expected}
     monkeypatch.undo()
     now = wanted["k3"] if expected is True else bundles()["k3"]
-    assert deployed_hosts["k3"].observe()["release"] == now.digest
+    assert deployed_hosts["k3"].observe().release == now.digest
 
 
 def test_hosts_that_belong_together_keep_files_alone_together(deployed_hosts: dict[str, FakeHost]) -> None:
@@ -201,4 +201,4 @@ def test_hosts_that_belong_together_keep_files_alone_together(deployed_hosts: di
     way = FolderTransport(deployed_hosts, {})
     results = deployed(deploy(wanted, TARGETS, way, most_failed=0, consistency="all"))
     assert changed(results) == {"epuck": Kind.HELD, "k3": Kind.FAILED, "leader": Kind.HELD}
-    assert deployed_hosts["leader"].observe()["release"] == bundles()["leader"].digest
+    assert deployed_hosts["leader"].observe().release == bundles()["leader"].digest

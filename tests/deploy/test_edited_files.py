@@ -64,7 +64,7 @@ def test_a_replaced_edit_is_kept_on_the_host(edited: dict[str, FakeHost], wanted
 def test_an_edit_that_the_spec_has_by_now_is_no_conflict(edited: dict[str, FakeHost]) -> None:
     results = deployed(deploy(bundles(k3=EDIT), TARGETS, FolderTransport(edited, {}), most_failed=0))
     assert changed(results) == {"leader": False, "k3": True, "epuck": False}
-    assert edited["k3"].observe()["drift"] == {"files": {}, "links": {}, "blocks": {}}
+    assert edited["k3"].observe().drift == ({}, {}, {})
 
 
 def test_layout_and_comments_of_an_edit_are_no_conflict(edited: dict[str, FakeHost]) -> None:

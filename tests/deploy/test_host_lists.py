@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
-from swarm_onboard.agent.host_list_messages import HostLogin
+from swarm_onboard.agent.host_list import HostLogin
 
 from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.rollout import observe
@@ -20,9 +20,9 @@ from tests.onboard.agent.fakehost import FakeHost
 hosts = rollouts.hosts
 LIST = "opt/swarm/new/state/hosts.json"
 LOGINS: dict[str, HostLogin] = {
-    name: {"address": f"192.0.2.{number}", "user": "robot", "port": 22, "via": None, "declared": []}
-    for number, name in enumerate(rollouts.HOSTS)
+    name: HostLogin(f"192.0.2.{number}", "robot", 22, None, []) for number, name in enumerate(rollouts.HOSTS)
 }
+KEPT = {name: one._asdict() for name, one in LOGINS.items()}
 
 
 def of(*names: str) -> HostLists:
@@ -50,7 +50,7 @@ def stored(hosts: Mapping[str, FakeHost]) -> dict[str, Any]:
 def test_another_operator_is_shown_the_host_that_left(hosts: dict[str, FakeHost]) -> None:
     deployed(hosts, of(*rollouts.HOSTS))
     before = stored(hosts)
-    assert [one["hosts"] for one in before.values()] == [LOGINS] * 3
+    assert [one["hosts"] for one in before.values()] == [KEPT] * 3
 
     lists = of("leader", "k3")
     assert observed(hosts, lists) == {"epuck": LOGINS["epuck"]}
@@ -65,9 +65,9 @@ def test_a_new_host_reaches_the_lists_of_the_others(hosts: dict[str, FakeHost]) 
     deployed(hosts, of("leader", "k3"))
     deployed(hosts, of(*rollouts.HOSTS), only=("epuck",))
     assert set(stored(hosts)["leader"]["hosts"]) == {"leader", "k3"}  # --limit: the others come later
-    assert stored(hosts)["epuck"]["hosts"] == LOGINS  # what it did not look at may well be deployed
+    assert stored(hosts)["epuck"]["hosts"] == KEPT  # what it did not look at may well be deployed
     deployed(hosts, of(*rollouts.HOSTS))
-    assert [one["hosts"] for one in stored(hosts).values()] == [LOGINS] * 3
+    assert [one["hosts"] for one in stored(hosts).values()] == [KEPT] * 3
 
 
 def test_a_host_that_was_taken_off_the_list_of_one_is_in_none(hosts: dict[str, FakeHost]) -> None:
@@ -85,7 +85,7 @@ def test_a_host_that_was_taken_off_the_list_of_one_is_in_none(hosts: dict[str, F
 @pytest.mark.parametrize(
     "lie",
     [
-        {"address": LOGINS["leader"]["address"]},  # a host of the spec under another name
+        {"address": LOGINS["leader"].address},  # a host of the spec under another name
         {"address": "192.0.2.9; touch /tmp/x"},
         {"address": "-oProxyCommand=x"},
         {"user": "$(id)"},
@@ -95,7 +95,7 @@ def test_a_host_that_was_taken_off_the_list_of_one_is_in_none(hosts: dict[str, F
 )
 def test_an_entry_that_no_spec_could_have_is_ignored(hosts: dict[str, FakeHost], lie: dict[str, Any]) -> None:
     deployed(hosts, of(*rollouts.HOSTS))
-    names = {**LOGINS, "ghost": {**LOGINS["epuck"], "address": "192.0.2.9", **lie}}
+    names = {**KEPT, "ghost": {**KEPT["epuck"], "address": "192.0.2.9", **lie}}
     (hosts["k3"].prefix / LIST).write_text(
         json.dumps({"epoch": int(time.time()) + 9, "hosts": names, "gone": {}})
     )

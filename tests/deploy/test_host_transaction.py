@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.deployed import Transaction
 
 from swarmctl.deploy import host_transaction
 from swarmctl.deploy.host_transaction import HostTransaction, Terms
@@ -70,10 +71,8 @@ def run(
     return deployed(deploy({"k3": bundle}, TARGETS, way, terms=terms or Terms()))["k3"]
 
 
-def last(host: FakeHost) -> dict[str, Any]:
-    found = host.observe()["transaction"]
-    assert isinstance(found, dict)
-    return found
+def last(host: FakeHost) -> Transaction:
+    return host.observe().transaction
 
 
 def test_a_change_is_confirmed_over_a_new_connection(host: FakeHost) -> None:
@@ -83,7 +82,7 @@ def test_a_change_is_confirmed_over_a_new_connection(host: FakeHost) -> None:
 
     assert isinstance(result, Outcome)
     assert way.connections == 2
-    assert last(host)["state"] == "applied"
+    assert last(host).state == "applied"
 
 
 def test_a_login_that_runs_nothing_does_not_confirm(host: FakeHost) -> None:
@@ -98,7 +97,7 @@ def test_a_login_that_runs_nothing_does_not_confirm(host: FakeHost) -> None:
     result = deployed(deploy({"k3": NEW}, TARGETS, Refusing(host, lambda _: False), terms=SHORT))["k3"]
 
     assert isinstance(result, HostError)
-    assert last(host)["state"] == "pending"  # until its deadline
+    assert last(host).state == "pending"  # until its deadline
 
 
 @pytest.mark.parametrize("applied_before", [False, True], ids=["own change", "an earlier run's"])
@@ -119,7 +118,7 @@ def test_the_login_that_confirms_begins_once_units_have_kept_running(
     monkeypatch.setattr(HostTransaction, "_hold", recorded)
     assert isinstance(deployed(deploy({"k3": NEW}, TARGETS, way))["k3"], Outcome)
     assert (logins, way.connections) == ([1], 2)
-    assert last(host)["state"] == "applied"
+    assert last(host).state == "applied"
 
 
 def test_nothing_to_do_takes_one_connection(host: FakeHost) -> None:
@@ -131,7 +130,7 @@ def test_nothing_to_do_takes_one_connection(host: FakeHost) -> None:
 
 def test_a_host_that_is_away_for_a_moment_is_confirmed_all_the_same(host: FakeHost) -> None:
     assert isinstance(run(host, NEW, cut=lambda number: 1 < number < 5), Outcome)
-    assert last(host)["state"] == "applied"
+    assert last(host).state == "applied"
 
 
 def test_a_change_that_locks_its_operator_out_goes_back(host: FakeHost) -> None:
@@ -141,8 +140,8 @@ def test_a_change_that_locks_its_operator_out_goes_back(host: FakeHost) -> None:
     assert result.kind is Kind.LOST
     assert "it was changed and does not answer since: no route to k3" in result.message
     assert host.recover() == 0
-    assert host.observe()["release"] == OLD.digest
-    assert last(host)["state"] == "undone"
+    assert host.observe().release == OLD.digest
+    assert last(host).state == "undone"
 
 
 def test_a_host_that_answers_again_after_it_went_back_says_so(host: FakeHost) -> None:
@@ -169,7 +168,7 @@ def test_units_that_do_not_keep_running_take_the_change_back(
 
     assert isinstance(result, HostError)
     assert "new.robot.service does not keep running" in result.message
-    assert host.observe()["release"] == OLD.digest
+    assert host.observe().release == OLD.digest
 
 
 @pytest.mark.parametrize("step", ["record", "stop", "flip", "links", "reload", "start"])
@@ -178,12 +177,12 @@ def test_of_a_killed_agent_the_same_run_says_what_became_of_it(host: FakeHost, s
 
     assert isinstance(result, HostError)
     assert result.message == f"the deploy was interrupted; undone, release {OLD.digest} runs again"
-    assert host.observe()["release"] == OLD.digest
+    assert host.observe().release == OLD.digest
 
 
 def test_an_agent_that_dies_after_its_last_step_is_no_failure(host: FakeHost) -> None:
     assert isinstance(run(host, NEW, failpoint="after:pending"), Outcome)
-    assert last(host)["state"] == "applied"
+    assert last(host).state == "applied"
 
 
 def test_an_agent_that_dies_before_its_first_step_has_changed_nothing(host: FakeHost) -> None:
@@ -191,7 +190,7 @@ def test_an_agent_that_dies_before_its_first_step_has_changed_nothing(host: Fake
 
     assert isinstance(result, HostError)
     assert "the agent ended without an answer" in result.message
-    assert last(host)["next"] == OLD.digest
+    assert last(host).next == OLD.digest
 
 
 def test_a_deploy_beside_a_removal_is_refused(host: FakeHost) -> None:
@@ -229,7 +228,7 @@ def test_the_next_run_confirms_what_an_earlier_one_has_applied(host: FakeHost) -
 
     assert isinstance(result, Outcome)
     assert result.changed
-    assert last(host)["state"] == "applied"
+    assert last(host).state == "applied"
 
 
 def test_the_change_of_an_own_run_that_has_ended_is_undone(host: FakeHost) -> None:
@@ -238,8 +237,8 @@ def test_the_change_of_an_own_run_that_has_ended_is_undone(host: FakeHost) -> No
 
     assert isinstance(run(host, third), Outcome)
 
-    assert last(host)["previous"] == OLD.digest
-    assert host.observe()["release"] == third.digest
+    assert last(host).previous == OLD.digest
+    assert host.observe().release == third.digest
 
 
 @pytest.mark.parametrize("who", ["anna@desk (7)", operators.this_one().replace(str(os.getpid()), "1")])
@@ -250,7 +249,7 @@ def test_the_change_of_another_run_is_left_alone_and_named(host: FakeHost, who: 
 
     assert isinstance(result, HostError)
     assert result.message == f"locked by {who}, whose deploy waits for its confirmation"
-    assert last(host)["state"] == "pending"
+    assert last(host).state == "pending"
 
 
 def test_while_the_agent_of_another_operator_works_its_host_is_locked(

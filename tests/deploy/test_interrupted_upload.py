@@ -111,7 +111,7 @@ def test_the_next_run_sends_only_what_was_not_complete(host: FakeHost, percent: 
     first, second = Upload(percent), Upload()
 
     assert run(host, NEW, first) == LOST
-    assert host.observe()["release"] == OLD.digest
+    assert host.observe().release == OLD.digest
     assert isinstance(run(host, NEW, second), Outcome)
 
     assert len(second.paths) == missing

@@ -215,13 +215,13 @@ def _completes(host: FakeHost, target: Target, victim: str, report: str | None) 
 
     assert recovered == 0
     seen = host.observe()
-    assert seen["release"] in (OLD.digest, NEW.digest)
-    assert seen["drift"] == {"files": {}, "links": {}, "blocks": {}}
-    assert seen["transaction"]["state"] in ("applied", "undone")
-    assert host.units() == {UNIT: seen["release"]}
+    assert seen.release in (OLD.digest, NEW.digest)
+    assert seen.drift == ({}, {}, {})
+    assert seen.transaction.state in ("applied", "undone")
+    assert host.units() == {UNIT: seen.release}
     assert (report is None) == (victim == "operator")
     if report is not None:
-        assert (report == "") == (seen["release"] == NEW.digest), report
+        assert (report == "") == (seen.release == NEW.digest), report
     if victim == "agent":
         assert report == ""
     held = lease.read(Home("new", str(host.prefix)))
@@ -229,5 +229,5 @@ def _completes(host: FakeHost, target: Target, victim: str, report: str | None) 
 
     assert reported(target, Terms(healthy_for=SOON)) == ""
 
-    assert host.observe()["release"] == NEW.digest
+    assert host.observe().release == NEW.digest
     assert host.units() == {UNIT: NEW.digest}

@@ -172,17 +172,15 @@ def test_rollback_brings_the_value_before_and_again_the_one_after(host: FakeHost
         assert kept.read_text() == value
         assert set(host.readers()) == {"new.epuck.pair.service"}
         found: Any = list(histories("new", list(TARGETS.values()), Way(host), parallel=1))[-1]
-        texts.append(history_text(runs({"pi": found.outcome}), {}, None).plain)
+        texts.append(history_text(runs({"pi": found.outcome.entries}), {}, None).plain)
     assert texts[1].count(", other secrets") == 3
 
 
 def test_values_that_the_host_has_no_more_are_no_way_back(host: FakeHost) -> None:
     for value in (PIN, "0042", "0043"):
         rolled(host, epuck_pin=value)
-    (first, *_) = host.ask({"verb": "history", "swarm": "new"}).answer["entries"]
-    with Rollback(
-        wanted(), TARGETS, Way(host), to=first["run"], rules=Rules(0, (), TERMS), parallel=4
-    ) as going:
+    first, *_ = host.history()
+    with Rollback(wanted(), TARGETS, Way(host), to=first.run, rules=Rules(0, (), TERMS), parallel=4) as going:
         for _ in going.survey():
             pass
     assert "the secrets that release" in str(going.errors["pi"])

@@ -5,12 +5,11 @@ from __future__ import annotations
 import base64
 import itertools
 from collections.abc import Mapping
-from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_onboard.agent.messages import WireguardKeyAnswer
+from swarm_onboard.agent.verbs.wireguard_key import Answer, Request
 from swarm_onboard.tunnel.keys import Keys, joined, line
 
 from swarmctl.deploy import rekey as keys
@@ -54,25 +53,23 @@ class Hosts:
     def _made(self) -> str:
         return base64.b64encode(next(self._numbers).to_bytes(32, "big")).decode()
 
-    def exchange(
-        self, requests: Mapping[str, Mapping[str, Any]]
-    ) -> Mapping[str, WireguardKeyAnswer | HostError]:
+    def exchange(self, requests: Mapping[str, Request]) -> Mapping[str, Answer | HostError]:
         return {host: self._one(host, request) for host, request in requests.items()}
 
-    def _one(self, host: str, request: Mapping[str, Any]) -> WireguardKeyAnswer | HostError:
+    def _one(self, host: str, request: Request) -> Answer | HostError:
         done = self.dies.get(next(self._requests))
         if host in self.away or done is False:
             return HostError(Kind.UNREACHABLE, f"{host}: no answer")
-        self.known[host] = joined(self.known[host], request.get("known", ""))
-        if lost := request.get("expel"):
+        self.known[host] = joined(self.known[host], request.known)
+        if lost := request.expel:
             own = Keys(self.known[host]).live.get(lost, ())
             self.known[host] = joined(self.known[host], "".join(line(lost, one, retired=True) for one in own))
-        if request.get("make_next"):
+        if request.make_next:
             self.next.setdefault(host, self._made())
-        if (wanted := request.get("use")) and wanted != self.key[host]:
+        if (wanted := request.use) and wanted != self.key[host]:
             assert self.next.pop(host) == wanted
             self.key[host] = wanted
-        return LOST if done else {"public": self.key[host], "next": self.next.get(host, "")}
+        return LOST if done else Answer(self.key[host], self.next.get(host, ""))
 
     def accept(self, host: str, other: str) -> bool:
         """Whether ``host`` knows the key that ``other`` has."""

@@ -44,7 +44,7 @@ def back(
 
 def logged(hosts: Mapping[str, FakeHost]) -> list[Run]:
     events = histories("new", list(TARGETS.values()), FolderTransport(hosts, {}), parallel=3)
-    found: Any = {event.host: event.outcome for event in events if isinstance(event, Finished)}
+    found: Any = {event.host: event.outcome.entries for event in events if isinstance(event, Finished)}
     return runs(found)
 
 
@@ -133,7 +133,7 @@ def test_the_history_names_who_changed_what_and_what_was_undone(hosts: dict[str,
     first, second = logged(hosts)
 
     assert set(first.changes) == set(HOSTS)
-    assert {host: one["state"] for host, one in second.changes.items()} == {
+    assert {host: one.state for host, one in second.changes.items()} == {
         "k3": "undone",
         "epuck": "applied",
     }

@@ -9,7 +9,7 @@ from datetime import datetime, timedelta, timezone
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_onboard.agent.log_messages import LogEntry
+from swarm_onboard.agent.verbs import logs
 from swarm_onboard.ros1_probe.client import CALLER
 
 from swarmctl.health import log_entries
@@ -22,8 +22,8 @@ FAST_DDS = "Problem to set scheduler of thread with id [812,dds.udp.7411]"
 OFFSETS = [0.0, 30.0, -50.0]  # s
 
 
-def read(message: str, priority: int = 6, at: float = 100.0) -> LogEntry:
-    return {"time": at, "unit": "swarm-s.k3.service", "priority": priority, "message": message}
+def read(message: str, priority: int = 6, at: float = 100.0) -> logs.Entry:
+    return logs.Entry(at, "swarm-s.k3.service", priority, message)
 
 
 def merged(*entries: Entry) -> list[Entry]:

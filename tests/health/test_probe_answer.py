@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from types import NoneType, UnionType
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is_typeddict
+from typing import Any, Literal, Union, get_args, get_origin, is_typeddict
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -17,7 +17,7 @@ from swarmctl.health.host_checks import host_checks
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import listening, request
 from swarmctl.health.swarm_health import status
-from swarmctl.remote.answer_check import mismatch
+from swarmctl.remote.answer_check import mismatch, types_of
 from swarmctl.swarm.topics import DriverTopic
 from swarmctl.views import status as view
 from tests.health.swarm_values import (
@@ -43,13 +43,13 @@ _KEYS = st.sampled_from([
 def fitting(kind: Any) -> st.SearchStrategy[Any]:
     """JSON of the type ``kind`` of an answer."""
     origin, inner = get_origin(kind), get_args(kind)
-    if kind == get_type_hints(ProbeAnswer)["checks"]:
+    if kind == types_of(ProbeAnswer)["checks"]:
         checks = {name: fitting(list[one.Seen]) for name, one in host_checks().items()}
         return st.fixed_dictionaries({}, optional=checks)
     if hasattr(kind, "_fields"):
-        return st.fixed_dictionaries({name: fitting(one) for name, one in get_type_hints(kind).items()})
+        return st.fixed_dictionaries({name: fitting(one) for name, one in types_of(kind).items()})
     if is_typeddict(kind):
-        parts = {name: fitting(one) for name, one in get_type_hints(kind).items()}
+        parts = {name: fitting(one) for name, one in types_of(kind).items()}
         optional = {name: parts.pop(name) for name in sorted(kind.__optional_keys__)}
         return st.fixed_dictionaries(parts, optional=optional)
     if origin is Literal:

@@ -302,7 +302,7 @@ def seeing(graph: ExpectedGraph, image: ImageSeen, unit: UnitSeen = RUNNING) -> 
 
 def test_the_images_of_containers_are_probed(graph: ExpectedGraph) -> None:
     laptop, pi = (request(graph, host, 2.0)["images"] for host in graph.hosts)
-    assert laptop == {SEEING: {"engine": "podman", "image": IMAGE}}
+    assert laptop == {SEEING: ("podman", IMAGE)}
     assert pi == {}
 
 

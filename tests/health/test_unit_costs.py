@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from swarm_onboard.agent.cost_messages import CostsAnswer
+from swarm_onboard.agent.verbs.costs import Answer, UnitCosts
 
 from swarmctl.health.unit_costs import UnitCost, between, chosen
 from swarmctl.remote.transport import HostError, Kind
 
 
-def report(clock: float, **cpu: float) -> CostsAnswer:
+def report(clock: float, **cpu: float) -> Answer:
     units = {f"swarm-lab.{name.replace('_', '.')}.service": seconds for name, seconds in cpu.items()}
-    return {
-        "clock": clock,
-        "units": {unit: {"cpu": seconds, "memory": 5, "processes": 1} for unit, seconds in units.items()},
-    }
+    return Answer(clock, {unit: UnitCosts(seconds, 5, 1) for unit, seconds in units.items()})
 
 
 def test_the_busiest_comes_first_and_ended_units_are_left_out() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent.motion_messages import RobotUse
+from swarm_onboard.agent.motion_gate import RobotUse
 
 from swarmctl.plan.dependent_robots import Dependents, problems
 from tests.loading import load_swarm
@@ -123,14 +123,13 @@ def test_a_unit_concerns_the_robots_that_it_serves(
     host, part = stopped.split()
     dependents = swarm_in(mode, tmp_path)
     stops = {host: [f"swarm-s.{part}.service"]}
-    use: RobotUse = {"why": "is in use", "commander": commander}
-    assert bool(dependents.in_use(stops, {robot: use})) is depends
+    assert bool(dependents.in_use(stops, {robot: RobotUse("is in use", commander)})) is depends
     possible = [one for robots in dependents.robots(stops).values() for one in robots]
     assert robot in possible or not depends or part == "gone"
 
 
 def uses(**commanders: str) -> Mapping[str, RobotUse]:
-    return {robot: {"why": f"is commanded by {one}", "commander": one} for robot, one in commanders.items()}
+    return {robot: RobotUse(f"is commanded by {one}", one) for robot, one in commanders.items()}
 
 
 def test_the_problem_names_robot_commander_and_units(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
+from swarm_onboard.agent.deployed import Transaction
 
 from swarmctl.plan.observed_host import Observed, UnitState
 from swarmctl.plan.reconcile import reconcile
@@ -16,15 +17,7 @@ OLD = bundle("1")
 RUNS = {unit.name: UnitState("active") for unit in OLD.units}
 SEEN = Observed(OLD.digest, OLD.manifest, units=RUNS)
 LOGIN = replace(OLD, files=(*OLD.files, File("setup.bash", b"export A=1\n")))
-OPEN = {
-    "txid": "a" * 16,
-    "state": "pending",
-    "who": "x",
-    "previous": None,
-    "next": None,
-    "left": 5.0,
-    "error": "",
-}
+OPEN = Transaction("a" * 16, "pending", "x", None, None, 5.0, "")
 
 
 def with_file(old: Bundle, path: str, content: bytes = b"new\n") -> Bundle:

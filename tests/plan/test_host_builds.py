@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.plan.host_builds import builds_of, keys_of, planned
 from swarmctl.plan.host_preparation import HostPreparation
@@ -114,15 +115,8 @@ def test_a_release_has_the_build_and_no_sources_of_it(swarm: Swarm) -> None:
 
 
 def problem_of(bundle: Bundle, platform: str = "") -> str:
-    facts = {
-        "systemd": True,
-        "python": "3.8.10",
-        "machine": "x86_64",
-        "platform": platform,
-        "has": {},
-        "absent": [],
-    }
-    observed = replace(NOTHING, facts=facts) if platform else NOTHING  # type: ignore[arg-type]
+    facts = Facts("pi", "x86_64", "3.8.10", True, 0, "b", 0.0, 1, 1, {}, [], platform, None, None)
+    observed = replace(NOTHING, facts=facts) if platform else NOTHING
     found = reconcile(bundle, observed).problem
     return found.message if found else ""
 

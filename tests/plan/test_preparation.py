@@ -7,7 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from swarm_onboard.agent.preparation_messages import InventoryAnswer
+from swarm_onboard.agent.accounts import AccountState
+from swarm_onboard.agent.images import Image
+from swarm_onboard.agent.verbs.inventory import Answer
+from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.plan.host_needs import ACCOUNT_GROUPS, HostNeeds, needs_of
 from swarmctl.plan.host_preparation import HostPreparation, preparation
@@ -45,35 +48,33 @@ NEEDS = HostNeeds(
     groups={"dialout": ("robots.k3",)},
     workspaces={"/home/robot/ws": ("ros.workspace",)},
 )  # fmt: skip
-FIT: dict[str, Any] = {
-    "facts": {
-        "systemd": True,
-        "python": "3.8.10",
-        "has": {"package:joy": "/opt/ros/noetic/share/joy", "chronyd": "/usr/sbin/chronyd"},
-    },
-    "debian": {},
-    "pip": {"numpy==1.24.4": "1.24.4"},
-    "account": {"exists": True, "keys": True, "sudo": True, "groups": ["robot", "dialout"]},
-    "groups": ["dialout"],
-    "sources": ["archive.ubuntu.com"],
-    "workspaces": {"/home/robot/ws": "built"},
-    "images": [],
-    "wireless": [],
-}
+HAS = {"package:joy": "/opt/ros/noetic/share/joy", "chronyd": "/usr/sbin/chronyd"}
+FACTS = Facts("pi", "armv7l", "3.8.10", True, 0, "b", 0.0, 1, 1, HAS, [], "", None, None)
+ACCOUNT = AccountState(exists=True, keys=True, sudo=True, groups=["robot", "dialout"])
+FIT = Answer(
+    FACTS,
+    debian={},
+    pip={"numpy==1.24.4": "1.24.4"},
+    account=ACCOUNT,
+    groups=["dialout"],
+    workspaces={"/home/robot/ws": "built"},
+    rosdep={},
+    sources=["archive.ubuntu.com"],
+    images=[],
+    wireless=[],
+)
 
 
 def planned(login: str = "", *, refreshed: bool = False, **changes: Any) -> HostPreparation:
-    answer: InventoryAnswer = {**FIT, **changes}  # type: ignore[typeddict-item]
-    return preparation(NEEDS, answer, login=login, refreshed=refreshed)
+    return preparation(NEEDS, FIT._replace(**changes), login=login, refreshed=refreshed)
 
 
 def lines(plan: HostPreparation) -> list[str]:
     return [f"{step.kind.value} {step.target}: {step.cause}" for step in plan.steps]
 
 
-def lacking(*names: str) -> dict[str, Any]:
-    facts = FIT["facts"]
-    return {**facts, "has": {**facts["has"], **dict.fromkeys(names)}}
+def lacking(*names: str) -> Facts:
+    return FACTS._replace(has={**HAS, **dict.fromkeys(names)})
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +126,7 @@ def test_a_fit_host_has_nothing_to_do() -> None:
 
 
 def test_what_to_set_on_a_robot_is_noted_of_a_fit_host() -> None:
-    found = preparation(replace(NEEDS, by_hand=("robot a runs nodes itself",)), FIT)  # type: ignore[arg-type]
+    found = preparation(replace(NEEDS, by_hand=("robot a runs nodes itself",)), FIT)
     assert found.fit
     assert PreparationView().text([found]).plain == "nothing to do\n\nnote: pi: robot a runs nodes itself"
 
@@ -152,7 +153,7 @@ def test_a_package_that_does_not_bring_it_is_named() -> None:
 
 
 def test_a_fresh_host_gets_its_account_first() -> None:
-    nobody = {"exists": False, "keys": False, "sudo": False, "groups": []}
+    nobody = AccountState(exists=False, keys=False, sudo=False, groups=[])
     plan = planned(
         "pi",
         account=nobody,
@@ -175,7 +176,7 @@ def test_a_fresh_host_gets_its_account_first() -> None:
     [
         ({"pip": {"numpy==1.24.4": "1.19.0"}}, "pip numpy==1.24.4: programs.map.install"),
         ({"groups": []}, "group dialout: robots.k3"),
-        ({"account": {**FIT["account"], "groups": ["robot"]}}, "group dialout: robots.k3"),
+        ({"account": ACCOUNT._replace(groups=["robot"])}, "group dialout: robots.k3"),
     ],
 )
 def test_each_difference_is_one_step(change: dict[str, Any], step: str) -> None:
@@ -189,7 +190,7 @@ def test_a_workspace_without_sources_is_for_a_person() -> None:
 
 
 def test_no_step_helps_a_host_without_systemd() -> None:
-    plan = planned(facts={**FIT["facts"], "systemd": False})
+    plan = planned(facts=FACTS._replace(systemd=False))
     assert plan.problem is not None
     assert "systemd" in plan.problem.message
 
@@ -219,8 +220,8 @@ def test_a_key_of_a_package_is_what_the_host_knows_by_it(
 ) -> None:
     candidates = ("ros-noetic-std-msgs", "libstd-msgs-dev", "ros-std-msgs")
     need = PackageRequirement("package:std_msgs", candidates, ("packages.nav",), "std_msgs")
-    facts = {**FIT["facts"], "has": {"package:std_msgs": found}}
-    answer: InventoryAnswer = {**FIT, "facts": facts, "debian": debian, "rosdep": by_rosdep}  # type: ignore[typeddict-item]
+    facts = FACTS._replace(has={"package:std_msgs": found})
+    answer = FIT._replace(facts=facts, debian=debian, rosdep=by_rosdep)
     plan = preparation(replace(NEEDS, packages=(need,)), answer, refreshed=True)
     assert lines(plan) == [f"apt {name}: packages.nav" for name in steps]
     assert not plan.lacks
@@ -228,7 +229,7 @@ def test_a_key_of_a_package_is_what_the_host_knows_by_it(
 
 def test_a_key_that_nobody_knows_can_be_skipped() -> None:
     need = PackageRequirement("package:lost", ("ros-noetic-lost",), ("packages.nav",), "lost")
-    answer: InventoryAnswer = {**FIT, "rosdep": {}}  # type: ignore[typeddict-item]
+    answer = FIT._replace(rosdep={})
     (problem,) = preparation(replace(NEEDS, packages=(need,)), answer, refreshed=True).lacks
     assert "lost, needed by packages.nav" in problem.message
     assert "`skip_keys: [lost]` to packages.nav" in problem.hint
@@ -243,7 +244,7 @@ def test_a_key_that_nobody_knows_can_be_skipped() -> None:
     ],
 )
 def test_a_fresh_ubuntu_gets_the_source_of_ros(platform: str, sources: list[str], kinds: list[str]) -> None:
-    facts = {**lacking("package:joy"), "platform": platform}
+    facts = lacking("package:joy")._replace(platform=platform)
     plan = planned(facts=facts, sources=sources)
     assert [f"{step.kind.value} {step.target}" for step in plan.steps] == kinds
     assert not planned(facts=facts, sources=sources, refreshed=True).steps
@@ -258,21 +259,19 @@ def test_images_are_pulled_after_their_engine() -> None:
         packages=(PackageRequirement("podman", ("podman",), ("programs.see",)),),
         images={("podman", IMAGE): ("programs.see",), ("podman", OWN): ("programs.own",)},
     )  # fmt: skip
-    absent: Any = {"there": False, "built_for": "", "machine": "x86_64", "error": ""}
-    answer: InventoryAnswer = {**FIT, "debian": {"podman": "available"}, "images": [absent, absent]}  # type: ignore[typeddict-item]
+    absent = Image(there=False, built_for="", machine="x86_64", error="")
+    answer = FIT._replace(debian={"podman": "available"}, images=[absent, absent])
     plan = preparation(needs, answer)
     assert lines(plan) == ["apt podman: programs.see", f"pull podman {IMAGE}: programs.see"]
     (problem,) = plan.lacks  # no registry has one that is pinned by its ID
     assert problem.hint == f"copy it: `podman save {OWN} | ssh pi sudo podman load`"
-    there = {**absent, "there": True}
-    has = {"has": {"podman": "/usr/bin/podman"}}
-    answer = {**FIT, "facts": {**FIT["facts"], **has}, "images": [there, there]}  # type: ignore[typeddict-item]
-    assert preparation(needs, answer).fit
+    there = absent._replace(there=True)
+    facts = FACTS._replace(has={"podman": "/usr/bin/podman"})
+    assert preparation(needs, FIT._replace(facts=facts, images=[there, there])).fit
 
 
 def test_a_host_without_a_radio_needs_no_iw() -> None:
     needs = replace(NEEDS, packages=(PackageRequirement("iw", ("iw",), ("links.0",)),))
-    answer: InventoryAnswer = {**FIT, "debian": {"iw": "unknown"}}  # type: ignore[typeddict-item]
+    answer = FIT._replace(debian={"iw": "unknown"})
     assert preparation(needs, answer, refreshed=True).fit
-    answer["wireless"] = ["wlan0"]
-    assert not preparation(needs, answer, refreshed=True).fit
+    assert not preparation(needs, answer._replace(wireless=["wlan0"]), refreshed=True).fit

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
-from swarm_onboard.agent.messages import Transaction
+from swarm_onboard.agent.deployed import Transaction
+from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.plan.observed_host import NOTHING, Observed, UnitState
 from swarmctl.plan.plan import HostPlan, Kind
@@ -15,12 +17,10 @@ from swarmctl.render.bundle import Bundle, File, Unit, package, workspace
 from tests import ROOT
 from tests.loading import load_swarm
 
-FIT = {
-    "systemd": True,
-    "python": "3.8.10",
-    "has": {"roscore": None, "rospy": "/x", "pyserial": "/y"},
-    "absent": [],
-}
+FIT = Facts(
+    "pi", "armv7l", "3.8.10", True, 0, "b", 0.0, 1, 1,
+    {"roscore": None, "rospy": "/x", "pyserial": "/y"}, [], "", None, None,
+)  # fmt: skip
 RUNS = UnitState("active", "running", 42)
 
 
@@ -126,13 +126,13 @@ def test_files_outside_are_planned_only_with_their_program() -> None:
     plan = reconcile(PREPARED, running(bundle()))
     assert plan.targets(Kind.BLOCK) == ("/etc/chrony/chrony.conf",)
     assert plan.targets(Kind.RELOAD) == ("chrony", "NetworkManager")
-    bare = reconcile(PREPARED, running(bundle(), facts=FIT | {"absent": WITHOUT}))
+    bare = reconcile(PREPARED, running(bundle(), facts=FIT._replace(absent=WITHOUT)))
     assert bare.targets(Kind.BLOCK, Kind.LINK, Kind.RELOAD) == ()
 
 
 def test_a_host_that_cannot_write_its_boards_drives_all_the_same() -> None:
     rover = replace(bundle(), wants={"avrdude": ()})
-    without = reconcile(rover, running(rover, facts=FIT | {"has": {}, "power_save": {}}))
+    without = reconcile(rover, running(rover, facts=FIT._replace(has={}, power_save={})))
     assert without.problem is None
     [note] = without.notes
     assert "it lacks avrdude" in note
@@ -158,10 +158,8 @@ def test_what_to_set_on_a_robot_is_a_note_until_the_deploy() -> None:
         ),
     ],
 )
-def test_missing_tools_are_notes_with_a_fix_and_no_problem(
-    facts: dict[str, object], notes: list[str]
-) -> None:
-    plan = reconcile(PREPARED, running(PREPARED, facts=FIT | facts))
+def test_missing_tools_are_notes_with_a_fix_and_no_problem(facts: dict[str, Any], notes: list[str]) -> None:
+    plan = reconcile(PREPARED, running(PREPARED, facts=FIT._replace(**facts)))
     assert plan.problem is None
     assert len(plan.notes) == len(notes)
     for note, words in zip(plan.notes, notes, strict=True):
@@ -275,10 +273,7 @@ def test_a_deploy_that_the_host_has_undone_is_named_with_its_cause() -> None:
 
 
 def transaction(state: str, error: str = "") -> Transaction:
-    return {
-        "txid": "t", "state": state, "who": "someone", "previous": "x", "next": "y", "left": 0.0,
-        "error": error,
-    }  # fmt: skip
+    return Transaction("t", state, "someone", "x", "y", 0.0, error)
 
 
 @pytest.mark.parametrize(
@@ -319,18 +314,16 @@ def test_the_json_form_says_the_same() -> None:
 @pytest.mark.parametrize(
     ("facts", "complaint"),
     [
-        (FIT, None),
-        (FIT | {"systemd": False}, "does not run systemd"),
-        (FIT | {"python": "3.6.9"}, "its Python is 3.6.9"),
-        (FIT | {"python": "nonsense"}, "its Python is nonsense"),
-        (FIT | {"has": {"rospy": None, "pyserial": None}}, "it lacks rospy, pyserial"),
+        ({}, None),
+        ({"systemd": False}, "does not run systemd"),
+        ({"python": "3.6.9"}, "its Python is 3.6.9"),
+        ({"python": "nonsense"}, "its Python is nonsense"),
+        ({"has": {"rospy": None, "pyserial": None}}, "it lacks rospy, pyserial"),
     ],
 )
-def test_a_host_that_cannot_run_its_part_is_a_problem(
-    facts: dict[str, object], complaint: str | None
-) -> None:
+def test_a_host_that_cannot_run_its_part_is_a_problem(facts: dict[str, Any], complaint: str | None) -> None:
     wanted = replace(bundle(), requires={"rospy": (), "pyserial": ()})
-    problem = reconcile(wanted, running(bundle(), facts=facts)).problem
+    problem = reconcile(wanted, running(bundle(), facts=FIT._replace(**facts))).problem
     assert (
         (problem is None)
         if complaint is None
@@ -342,9 +335,9 @@ def test_a_file_for_another_machine_is_refused() -> None:
     head = b"\x7fELF\x02\x01\x01" + bytes(9) + b"\x03\x00\xb7\x00"  # aarch64
     node = File("packages/nav/lib/nav/node", head, 0o755, "packages.nav")
     wanted = replace(bundle(), files=(*bundle().files, node))
-    assert reconcile(wanted, running(bundle(), facts=FIT | {"machine": "aarch64"})).problem is None
+    assert reconcile(wanted, running(bundle(), facts=FIT._replace(machine="aarch64"))).problem is None
 
-    problem = reconcile(wanted, running(bundle(), facts=FIT | {"machine": "x86_64"})).problem
+    problem = reconcile(wanted, running(bundle(), facts=FIT._replace(machine="x86_64"))).problem
 
     assert problem is not None
     assert problem.message == "its machine is x86_64, and packages/nav/lib/nav/node is compiled for aarch64"
@@ -373,7 +366,7 @@ def test_a_missing_ros_package_has_an_install_hint() -> None:
     wanted = replace(bundle(), requires=dict.fromkeys(needs, ()))
     has = dict.fromkeys(needs) | {package("joy"): "/opt/ros/noetic/share/joy"}
 
-    problem = reconcile(wanted, running(bundle(), facts=FIT | {"has": has})).problem
+    problem = reconcile(wanted, running(bundle(), facts=FIT._replace(has=has))).problem
 
     assert problem is not None
     assert problem.message == (
@@ -386,7 +379,7 @@ def test_a_missing_ros_package_has_an_install_hint() -> None:
 
 def test_a_missing_tool_has_its_debian_package_as_hint() -> None:
     wanted = replace(bundle(), requires={"nft": ("security",)})
-    problem = reconcile(wanted, running(bundle(), facts=FIT | {"has": {"nft": None}})).problem
+    problem = reconcile(wanted, running(bundle(), facts=FIT._replace(has={"nft": None}))).problem
     assert problem is not None
     assert problem.message == "it lacks nft"
     assert problem.hint == "`swarmctl prepare` installs it; by hand: `apt install nftables`"
@@ -408,7 +401,7 @@ def with_optional_program() -> Bundle:
 def test_an_optional_program_without_its_package_is_a_note() -> None:
     wanted, has = with_optional_program(), {package("tf"): "/usr/share/tf", package("gmapping"): None}
     skipped = running(wanted).units | {"map.service": UnitState("inactive", "dead", skipped=True)}
-    plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT | {"has": has}))
+    plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT._replace(has=has)))
     assert plan.problem is None
     assert plan.steps == ()
     (note,) = plan.notes
@@ -421,7 +414,7 @@ def test_an_optional_program_starts_once_its_packages_exist() -> None:
     wanted = with_optional_program()
     has = dict.fromkeys((package("tf"), package("gmapping")), "/usr/share")
     skipped = running(wanted).units | {"map.service": UnitState("inactive", "dead", skipped=True)}
-    plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT | {"has": has}))
+    plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT._replace(has=has)))
     assert lines(plan) == ["start map.service: the host now has its ROS packages"]
     assert plan.notes == ()
 

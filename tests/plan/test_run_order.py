@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_onboard.agent.history_messages import ChangeEntry
+from swarm_onboard.agent.audit import ChangeEntry
+from swarm_onboard.agent.verbs.history import Answer
 
 from swarmctl.plan.history import before_last, runs
 from swarmctl.plan.history import state_of as state
@@ -14,10 +15,7 @@ HOSTS = ("hub", "k3", "epuck")
 
 
 def entry(run: str, time: float, previous: str | None = None) -> ChangeEntry:
-    return {
-        "time": time, "txid": run * 2, "run": run, "who": "ann", "previous": previous, "next": run,
-        "previous_secrets": "", "next_secrets": "", "state": "applied", "error": "",
-    }  # fmt: skip
+    return ChangeEntry(time, run * 2, run, "ann", previous, run, "", "", "applied", "")
 
 
 @given(
@@ -34,14 +32,14 @@ def test_runs_with_a_common_host_are_in_order_whatever_its_clock(
     found = runs(logs)
     assert sorted(run.name for run in found) == [f"{number:016x}" for number in range(len(took_part))]
     for host, entries in logs.items():
-        assert [run.name for run in found if host in run.changes] == [one["run"] for one in entries]
+        assert [run.name for run in found if host in run.changes] == [one.run for one in entries]
 
 
 def test_a_clock_that_lost_its_battery_does_not_mislead_a_rollback() -> None:
     first, second = "a" * 16, "b" * 16
     logs = {"hub": [entry(first, 2e9), entry(second, 0.0, previous=first)], "k3": [entry(first, 2e9)]}
-    answer = {"release": second, "secrets": ""}
-    current = {"hub": state(answer), "k3": state({**answer, "release": first})}  # type: ignore[arg-type, typeddict-item]
+    answer = Answer([], second, "", [], [], "")
+    current = {"hub": state(answer), "k3": state(answer._replace(release=first))}
     assert [run.name for run in runs(logs)] == [first, second]
     back = before_last(runs(logs), current)
     assert {host: one.release for host, one in back.items()} == {"hub": first}

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.cli import exit_codes, next_command
 from swarmctl.cli.app import run
@@ -36,8 +37,8 @@ def folder(tmp_path: Path) -> Path:
 def on_fit_host(bundle: Bundle, secrets: Mapping[str, str]) -> HostPlan:
     """The plan of a host that has all programs, and these ``secrets`` by state."""
     has = {**dict.fromkeys(bundle.asks, "/x"), "avrdude": "/x", "chronyd": "/x", "iw": "/x"}
-    facts = {"systemd": True, "python": "3.11.2", "machine": "x86_64", "has": has, "absent": []}
-    return reconcile(bundle, Observed(None, None, facts=facts, secrets=secrets))  # type: ignore[arg-type]
+    facts = Facts("pi", "x86_64", "3.11.2", True, 0, "b", 0.0, 1, 1, has, [], "", None, None)
+    return reconcile(bundle, Observed(None, None, facts=facts, secrets=secrets))
 
 
 def test_enclaves_that_nobody_signed_make_hosts_unfit(tmp_path: Path) -> None:

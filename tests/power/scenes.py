@@ -302,7 +302,7 @@ SCENES = (
     Scene(
         "stop of a robot in use",
         _in_use,
-        ({"verb": "motion", "who": "someone@laptop", "stop": True, **_KOALA}, b""),
+        ({"verb": "motion", "swarm": "new", "who": "someone@laptop", "robots": ["koala"], "stop": True}, b""),
         frozenset({"old", "old, koala stopped"}),
         "old, koala stopped",
     ),

@@ -14,9 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.verbs import observe
 
 from swarmctl import onboard_archive
 from swarmctl.remote import agent_client
+from swarmctl.remote.ask import checked
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.ssh_limits import Timeouts
 from swarmctl.remote.transport import HostError, Kind, Output, Session
@@ -201,7 +203,7 @@ def test_a_whole_deploy_with_notes(spare: Path, prefix: Path, transport: SshTran
 
     assert answer["release"] == seen["release"] == bundle.digest
     assert set(seen["units"]) == {unit.name for unit in bundle.units}
-    assert seen["drift"] == {"files": {}, "links": {}, "blocks": {}}
+    assert seen["drift"] == [{}, {}, {}]
     assert notes[0] == "staging 20 files"
     assert notes[1] == f"starting {len(bundle.units)} units"
 
@@ -247,7 +249,8 @@ def test_what_a_login_shell_prints_does_not_matter(
         servers.run(session, "true")
         printed = servers.run(session, "true")
         assert printed.stdout + printed.stderr, "the shell printed nothing, so this test shows nothing"
-        assert ask(session, OBSERVE)["facts"]["uid"] == 0
+        found = checked(ask(session, OBSERVE), observe.Answer, "the answer")
+        assert found.facts.uid == 0
 
 
 @pytest.mark.parametrize("shell", ["sh", "dash", "bash", "csh", "tcsh", "fish", "zsh", "busybox sh"])

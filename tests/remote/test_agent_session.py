@@ -227,7 +227,7 @@ def test_a_request_without_answer_in_time_ends_the_session(
             with pytest.raises(HostError, match=r"did not finish within 0\.2 s"):
                 agent.request(request_for(RELEASE, **stop), payload_of(RELEASE), timeout=0.2)
     wait_for(lambda: not agents(host))
-    assert host.observe()["transaction"]["state"] == "applied"
+    assert host.observe().transaction.state == "applied"
 
 
 def test_a_flood_ends_the_session_and_is_not_an_answer(

@@ -101,7 +101,7 @@ def test_what_a_killed_worker_has_begun_another_one_confirms(doomed: Any, hosts:
                 killed = True
         assert killed
     assert changed(deployed(iter(ends))) == {"k3": True}
-    assert hosts["k3"].observe()["transaction"]["state"] == "applied"
+    assert hosts["k3"].observe().transaction.state == "applied"
 
 
 def profiles(dask_worker: Any) -> bool:

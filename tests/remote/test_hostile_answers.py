@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from swarm_onboard.agent.answers import ANSWERS
+from swarm_onboard.agent.verbs import wireguard_key
 
 from swarmctl.deploy import flash, prepare, rollout
 from swarmctl.deploy.outcome import Outcome, Removed
@@ -24,7 +26,9 @@ from swarmctl.plan.host_preparation import HostPreparation
 from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.plan.plan import HostPlan
 from swarmctl.remote import parallel_hosts
+from swarmctl.remote.agent_client import agent_session
 from swarmctl.remote.answer_check import DEEPEST, bounded, mismatch
+from swarmctl.remote.ask import ask
 from swarmctl.remote.transport import HostError, Kind, Output, Target
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.resolved import Swarm
@@ -37,11 +41,12 @@ PI = {"pi": Target("pi", "10.0.0.1", "root")}
 UNIT = {
     "load": "loaded", "active": "active", "sub": "running", "result": "success", "text": "",
     "pid": 1, "restarts": 0, "skipped": False, "unmet": [],
-    "unenforced": False,
+    "unenforced": False, "restarted": 0,
 }  # fmt: skip
 FACTS = {
     "hostname": "pi", "machine": "armv7l", "python": "3.8.10", "systemd": True, "uid": 0, "boot_id": "b",
     "time": 1.0, "free_bytes": 1, "free_inodes": 1, "has": {"rospy": None}, "absent": [],
+    "platform": "", "clock": None, "power_save": None,
 }  # fmt: skip
 TRANSACTION = {
     "txid": "", "state": "", "who": "", "previous": None, "next": None, "left": 0.0, "error": ""
@@ -49,7 +54,8 @@ TRANSACTION = {
 OBSERVED = {
     "facts": FACTS, "release": None, "releases": [], "transaction": TRANSACTION, "staging": [], "lock": None,
     "drift": {"files": {}, "links": {}, "blocks": {}}, "units": {"koala.service": UNIT},
-    "manifest": RELEASE.manifest,
+    "manifest": RELEASE.manifest, "uploaded": [], "foreign_units": [], "host_list": None,
+    "wireguard_keys": [], "secrets": {}, "edits": {}, "edit_texts": {}, "busy": {}, "files": {}, "blocks": {},
 }  # fmt: skip
 ENTRY = {
     "time": 1.0, "txid": "t", "run": "r", "who": "anna@desk (7)", "previous": None, "next": None,
@@ -182,7 +188,7 @@ def test_a_host_that_confirms_another_release_is_no_success() -> None:
 
 def keys_of(**answer: str) -> Any:
     transport = Transport(answering({**FITTING["wireguard_key"], **answer}))
-    return exchanged("new", {"pi": {}}, PI, transport)["pi"]
+    return exchanged({"pi": wireguard_key.Request("new")}, PI, transport)["pi"]
 
 
 KEY = FITTING["wireguard_key"]["public"]
@@ -198,7 +204,7 @@ KEY = FITTING["wireguard_key"]["public"]
 )  # fmt: skip
 def test_a_public_key_is_32_bytes_in_base64(which: str, key: str) -> None:
     """It goes into the file of pinned keys, and from there to the other hosts."""
-    assert keys_of(**{which: KEY})[which] == KEY
+    assert getattr(keys_of(**{which: KEY}), which) == KEY
     found = keys_of(**{which: key})
     assert isinstance(found, HostError)
     assert found.kind is Kind.PROTOCOL
@@ -210,6 +216,22 @@ def results(events: Any) -> list[Any]:
         for event in events
         if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped)
     ]
+
+
+def asked_for(answers: Mapping[str, Any]) -> dict[str, Any]:
+    """What `ask` makes of the answers, by verb."""
+    found = {}
+    for verb in FITTING.keys() - ANSWERS:
+        module: Any = importlib.import_module(f"swarm_onboard.agent.verbs.{verb}")
+        request = [None] * len(module.Request._fields)
+        with agent_session(
+            Session(lambda verb: json.dumps({"answer": answers[verb]})), verbs=(verb,)
+        ) as agent:
+            try:
+                found[f"ask {verb}"] = ask(agent, module.handle, module.Request(*request))
+            except HostError as error:
+                found[f"ask {verb}"] = error
+    return found
 
 
 def no_bug(found: dict[str, Any]) -> None:
@@ -256,18 +278,19 @@ def test_fitting_answers_give_values() -> None:
     assert found["inventory"].fit
     assert found["prepare"] == prepare.Prepared(())
     assert {verb for verb in ANSWERS if mismatch(FITTING[verb], ANSWERS[verb])} == set()
+    assert [verb for verb, one in asked_for(FITTING).items() if isinstance(one, HostError)] == []
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(JSON)
 def test_any_json_is_a_value_or_the_hosts_error(value: Any) -> None:
-    no_bug(outcomes(Transport(answering(value))))
+    no_bug(outcomes(Transport(answering(value))) | asked_for(dict.fromkeys(FITTING, value)))
 
 
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(damaged())
 def test_a_damaged_answer_is_a_value_or_the_hosts_error(answers: dict[str, Any]) -> None:
-    no_bug(outcomes(Transport(lambda verb: json.dumps({"answer": answers[verb]}))))
+    no_bug(outcomes(Transport(lambda verb: json.dumps({"answer": answers[verb]}))) | asked_for(answers))
 
 
 @pytest.mark.parametrize(
@@ -299,21 +322,21 @@ def test_what_is_no_answer_is_the_hosts_error(printed: str) -> None:
 @pytest.mark.parametrize(
     ("path", "value", "problem"),
     [
-        (("facts",), 3, "the answer.facts is not an object"),
-        (("facts", "free_bytes"), True, "the answer.facts.free_bytes is not a whole number"),
-        (("facts", "time"), float("nan"), "the answer.facts.time is not a number"),
-        (("facts", "has", "rospy"), 7, "the answer.facts.has.rospy is not text or null"),
-        (("facts", "absent"), {}, "the answer.facts.absent is not a list"),
+        (("facts",), 3, "facts: Input should be a tuple, list, dictionary or an instance of Facts"),
+        (("facts", "free_bytes"), True, "facts.free_bytes: Input should be a valid integer"),
+        (("facts", "time"), float("nan"), "facts.time: Input should be a finite number"),
+        (("facts", "has", "rospy"), 7, "facts.has.rospy: Input should be a valid string"),
+        (("facts", "absent"), {}, "facts.absent: Input should be a valid list"),
         (
             ("units", "koala.service", "pid"),
             10**400,
-            "the answer.units.koala.service.pid is not a whole number",
+            "units.koala.service.pid: Input should be a valid integer",
         ),
-        (("units", "koala.service"), {}, "the answer.units.koala.service has no `active`"),
+        (("units", "koala.service"), {}, "units.koala.service.load: Field required"),
         (
             ("drift", "files"),
             {"a": "odd"},
-            "the answer.drift.files.a is none of changed, missing, extra, damaged",
+            "drift.files.a: Input should be 'changed', 'missing', 'extra' or 'damaged'",
         ),
     ],
 )

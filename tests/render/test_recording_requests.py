@@ -7,8 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent.recording_messages import RecordRequest
-from swarm_onboard.agent.verbs.record import topics_here
+from swarm_onboard.agent.verbs.record import Request, topics_here
 
 from swarmctl.render.bag_recorder import MCAP, ROSBAG, BagRecorder
 from swarmctl.render.recording_requests import requests
@@ -25,7 +24,7 @@ def swarm_of(file: Path) -> Swarm:
     return swarm
 
 
-def requested(swarm: Swarm, *patterns: str) -> dict[str, RecordRequest]:
+def requested(swarm: Swarm, *patterns: str) -> dict[str, Request]:
     accounts = {name: host.user for name, host in swarm.hosts.items()}
     return requests(swarm, accounts, patterns, seconds=0.0, megabytes=256)
 
@@ -59,10 +58,10 @@ def test_a_request_has_only_topics_that_match() -> None:
 
 def test_a_host_knows_where_the_nodes_of_its_island_run() -> None:
     swarm = swarm_of(ROOT / "examples/paper-leader/swarm.yaml")
-    graph = requested(swarm, "*")["k3-pi"]["graph"]
-    assert (graph["host"], graph["hub"]) == ("k3-pi", "koala-laptop")
+    graph = requested(swarm, "*")["k3-pi"]
+    assert (graph.host, graph.hub) == ("k3-pi", "koala-laptop")
     for host in swarm.hosts.values():
-        assert graph["homes"][host.address] == graph["homes"][host.name] == host.name
+        assert graph.homes[host.address] == graph.homes[host.name] == host.name
 
 
 @pytest.mark.parametrize("recorder", [ROSBAG, MCAP])

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent.messages import Facts
+from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.analysis.host_load import host_budgets
 from swarmctl.diagnostics import Diagnostic
@@ -106,10 +106,8 @@ def test_the_plan_starts_their_units(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("registered")
 def test_the_plan_shows_how_to_install_what_is_missing(tmp_path: Path) -> None:
     bundle = bundles(swarm_of(written(tmp_path)))[HUB]
-    facts: Facts = {
-        "hostname": HUB, "machine": "armv7l", "python": "3.8.10", "systemd": True, "uid": 0, "boot_id": "x",
-        "time": 0.0, "free_bytes": 1 << 30, "free_inodes": 1 << 20, "has": {}, "absent": [],
-    }  # fmt: skip
+    space = (1 << 30, 1 << 20)
+    facts = Facts(HUB, "armv7l", "3.8.10", True, 0, "x", 0.0, *space, {}, [], "", None, None)
     problem = reconcile(bundle, Observed(facts=facts)).problem
     assert problem is not None
     assert problem.hint == "`swarmctl prepare` installs it; by hand: `pebble install pebbled`"

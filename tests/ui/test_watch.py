@@ -37,7 +37,9 @@ class Host:
     def close(self) -> None:
         self.closed.set()
 
-    def request(self, request: Mapping[str, Any], *, on_note: Any = None, timeout: float = 0.0) -> Any:
+    def request(
+        self, request: Mapping[str, Any], payload: bytes = b"", *, on_note: Any = None, timeout: float = 0.0
+    ) -> Any:
         if self.closed.is_set():
             raise HostError(Kind.LOST, "the connection was closed")
         if request["verb"] == "probe":
@@ -109,7 +111,7 @@ def test_all_hosts_answer_and_then_rest_until_something_is_new(hosts: Hosts) -> 
             k3.notes.append(WELL | new)
             wait_for(lambda: k3.looks == before + 1)  # noqa: B023
         assert hosts.hosts["epuck-pi"].looks == 1
-    assert notes[2]["missing"] == ["k3"]
+    assert notes[2].missing == ["k3"]
 
 
 def test_a_page_that_is_opened_again_has_its_own_connections(
@@ -177,7 +179,7 @@ def test_what_a_host_sends_is_checked(hosts: Hosts) -> None:
         wait_for(lambda: len(notes) == 1)
         wait_for(lambda: hosts.hosts["k3-pi"].looks == 2)
         assert outcomes(watch)["k3-pi"] == Answer()
-    assert notes == [WELL]
+    assert [one.units for one in notes] == [WELL["units"]]
 
 
 @pytest.mark.parametrize("where", ["look", "motion"])

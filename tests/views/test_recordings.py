@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import pytest
-from swarm_onboard.agent.recording_messages import Ending, RecordingAnswer
+from swarm_onboard.agent.bags import Recording
 
 from swarmctl.remote.host_recordings import Fetched
 from swarmctl.views.recordings import lines
 
 
-def recording(ended: Ending, output: str = "") -> RecordingAnswer:
-    return {
-        "runs": False, "began": 1.0, "topics": ["/a", "/b"], "ended": ended, "status": 0, "output": output,
-        "bags": {}, "free": 0,
-    }  # fmt: skip
+def recording(ended: Literal["lost", "stopped"], output: str = "") -> Recording:
+    return Recording(False, 1.0, ["/a", "/b"], ended, 0, output, {}, 0)
 
 
 @pytest.mark.parametrize(

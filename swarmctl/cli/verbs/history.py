@@ -53,7 +53,7 @@ def history(
         in_lab = lab or bool(lab_name)
         _print_commands(swarm.name, chosen, parallel=parallel, in_lab=in_lab, json=json)
     found, errors = _results(names, histories(swarm.name, chosen, transport(), parallel=parallel))
-    listed = runs(found)
+    listed = runs({name: one.entries for name, one in found.items()})
     if json:
         hosts = {name: one.to_json() for name, one in errors.items()}
         document = {"v": 1, "swarm": swarm.name, "runs": [run.to_json() for run in listed], "errors": hosts}
@@ -70,10 +70,10 @@ def _results(
     names: Sequence[str], events: Iterable[Event[_Result]]
 ) -> tuple[dict[str, _Result], dict[str, HostError]]:
     """What each host answered, and the errors of the others."""
-    from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+    from swarmctl.remote.parallel_hosts import results_of
     from swarmctl.remote.transport import HostError
 
-    ended = {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}
+    ended = results_of(events)
     in_order = {name: ended[name] for name in names}
     errors = {name: one for name, one in in_order.items() if isinstance(one, HostError)}
     return {name: one for name, one in in_order.items() if not isinstance(one, HostError)}, errors

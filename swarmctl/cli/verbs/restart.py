@@ -21,7 +21,7 @@ def restart(
     """Restart the drivers and other units of robots. One that moves or is under command is not touched."""
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import robot_stop
-    from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+    from swarmctl.remote.parallel_hosts import results_of
     from swarmctl.remote.transport import HostError
     from swarmctl.views.escape import printable
 
@@ -32,9 +32,9 @@ def restart(
         reach.name, chosen, targets, transport(),
         others=not robots, stop_robots=stop_robots, parallel=parallel,
     )  # fmt: skip
-    results = {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}
+    results = results_of(events)
     errors = {host: one for host, one in results.items() if isinstance(one, HostError)}
-    done = {host: one["restarted"] for host, one in results.items() if not isinstance(one, HostError)}
+    done = {host: one.restarted for host, one in results.items() if not isinstance(one, HostError)}
     missing = [host for host, units in done.items() if not units and robots]
     if json:
         failed = [{"host": host, **one.to_json()} for host, one in errors.items()]

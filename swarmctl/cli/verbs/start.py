@@ -34,9 +34,7 @@ def start(
         if isinstance(event, Finished | Skipped):
             results[event.host] = result_of(event)
     errors = {host: one for host, one in results.items() if isinstance(one, HostError)}
-    released = [
-        name for one in results.values() if not isinstance(one, HostError) for name in one["released"]
-    ]
+    released = [name for one in results.values() if not isinstance(one, HostError) for name in one.released]
     if json:
         failed = [{"host": host, **one.to_json()} for host, one in errors.items()]
         console.print_json({"v": 1, "swarm": reach.name, "released": sorted(released), "errors": failed})

@@ -79,7 +79,12 @@ def _show_hosts(spec: SpecFiles, port: int, *, control: bool, lab: bool, lab_nam
     with _served(page.graph(diagram(looked.index), live), pages, port) as url:
         targets = options.targets(spec, looked.swarm, lab=lab, lab_name=lab_name)
         connections = transport()
-        watch = Watch(looked.graph, targets, connections, lambda note: pages.send("telemetry", note))
+        watch = Watch(
+            looked.graph,
+            targets,
+            connections,
+            lambda note: pages.send("telemetry", messages.telemetry(note)),
+        )
         homes = {robot.name: host.name for host in looked.graph.hosts for robot in host.robots}
         robots = Control(looked.swarm.name, homes, targets, connections)
         _answer(pages, partial(_log, looked.graph, watch), robots.do)

@@ -23,9 +23,9 @@ TAKEN = ["publish", "stop", "links", "done"]
 def runs(host: FakeHost, release: str, units: tuple[str, ...]) -> None:
     """Nothing of another release is left."""
     seen = host.observe()
-    assert seen["release"] == release
-    assert seen["drift"] == {"files": {}, "links": {}, "blocks": {}}
-    assert seen["staging"] == []
-    assert seen["lock"] is None
-    assert seen["transaction"]["state"] in ("", "applied", "undone")
+    assert seen.release == release
+    assert seen.drift == ({}, {}, {})
+    assert seen.staging == []
+    assert seen.lock is None
+    assert seen.transaction.state in ("", "applied", "undone")
     assert sorted(host.units()) == sorted(f"{unit}.service" for unit in units)

@@ -13,7 +13,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from swarm_onboard.agent.audit import ChangeEntry
+from swarm_onboard.agent.systemd import UnitState
+from swarm_onboard.agent.verbs import history, observe
+
 from swarmctl.remote import agent_client
+from swarmctl.remote.ask import checked
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.resources import onboard
 from tests.timing import PATIENCE
@@ -23,6 +28,9 @@ NO_SECRETS: Mapping[str, str] = MappingProxyType({})
 FOLDER = str(onboard().parent)
 BOOT = f"import sys; sys.path.insert(0, {FOLDER!r}); "
 BOOT += f"from swarm_onboard.agent.main import serve; serve({NONCE!r})"
+
+#: The state of a unit that runs.
+RUNS = UnitState("loaded", "active", "running", "success", "", 1, 0, False, [], False)
 
 # Keeps one file per running unit: its process id, and the release and the secrets it was started from.
 SYSTEMCTL = r"""#!/bin/sh
@@ -129,10 +137,14 @@ class FakeHost:
         notes = tuple(one["note"] for one in lines_read if "note" in one)
         return Reply(status, final.get("answer", {}), final.get("error", {}), notes)
 
-    def observe(self, **more: Any) -> dict[str, Any]:
+    def observe(self, **more: Any) -> observe.Answer:
         reply = self.ask({"verb": "observe", "swarm": "new", **more})
         assert not reply.error, reply.error
-        return reply.answer
+        return checked(reply.answer, observe.Answer, "the answer")
+
+    def history(self) -> list[ChangeEntry]:
+        reply = self.ask({"verb": "history", "swarm": "new"})
+        return checked(reply.answer, history.Answer, "the answer").entries
 
     def apply(
         self, bundle: Bundle, failpoint: str = "", secrets: Mapping[str, str] = NO_SECRETS, **changes: Any

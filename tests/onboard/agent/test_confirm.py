@@ -42,7 +42,7 @@ def ask(host: FakeHost, verb: str, failpoint: str = "", **more: Any) -> Reply:
 
 
 def state(host: FakeHost) -> str:
-    return str(host.observe()["transaction"]["state"])
+    return str(host.observe().transaction.state)
 
 
 def is_old(host: FakeHost) -> None:
@@ -53,9 +53,9 @@ def is_old(host: FakeHost) -> None:
 
 def test_a_confirmed_change_stays(host: FakeHost) -> None:
     assert apply(host).answer["release"] == NEW.digest
-    pending = host.observe()["transaction"]
-    assert (pending["state"], pending["txid"]) == ("pending", TXID)
-    assert 0 < pending["left"] <= 100
+    pending = host.observe().transaction
+    assert (pending.state, pending.txid) == ("pending", TXID)
+    assert 0 < pending.left <= 100
 
     assert ask(host, "confirm").answer == {"release": NEW.digest}
 
@@ -143,8 +143,8 @@ def test_a_host_that_restarts_before_the_confirmation_goes_back(host: FakeHost, 
 
     assert "restarted before the deploy was confirmed" in reply.error["message"]
     is_old_after_boot = host.observe()
-    assert is_old_after_boot["release"] == OLD.digest
-    assert is_old_after_boot["drift"] == {"files": {}, "links": {}, "blocks": {}}
+    assert is_old_after_boot.release == OLD.digest
+    assert is_old_after_boot.drift == ({}, {}, {})
 
 
 def test_another_change_is_not_confirmed(host: FakeHost) -> None:
@@ -215,7 +215,7 @@ def test_a_confirmation_that_is_cut_off_is_old_or_new(host: FakeHost, step: str,
 
     if step == "lock" and boot_number:
         assert again.error["kind"] == "failed"
-        assert host.observe()["release"] == OLD.digest
+        assert host.observe().release == OLD.digest
     else:
         assert again.answer == {"release": NEW.digest}
         runs(host, NEW.digest, ("master", "khepera"))
@@ -230,7 +230,7 @@ def test_a_first_release_that_nobody_confirms_leaves_nothing(tmp_path: Path) -> 
 
     assert (sorted((tmp_path / "etc").rglob("*")), (tmp_path / "etc/hosts").read_text()) == before
     assert host.units() == {}
-    assert host.observe()["releases"] == []
+    assert host.observe().releases == []
 
 
 @pytest.mark.parametrize("is_open", [False, True])

@@ -9,11 +9,9 @@ from pathlib import Path
 
 import pytest
 from swarm_onboard.agent import control_groups
-from swarm_onboard.agent.cost_messages import CostsAnswer
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.verbs import costs
 
-from swarmctl.remote import agent_client
 from tests.onboard.agent.test_stop import SWARM
 
 
@@ -24,10 +22,8 @@ def group(slices: Path, unit: str, *pids: int) -> Path:
     return folder
 
 
-def reported() -> CostsAnswer:
-    answer = costs.handle({"verb": "costs", "swarm": SWARM}, b"", Report("n"))
-    agent_client.check_type(answer, CostsAnswer, "the answer")
-    return answer
+def reported() -> costs.Answer:
+    return costs.handle(costs.Request(SWARM), b"", Report("n"))
 
 
 def test_a_unit_takes_what_its_processes_take(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -38,12 +34,12 @@ def test_a_unit_takes_what_its_processes_take(tmp_path: Path, monkeypatch: pytes
         group(tmp_path, f"swarm-{SWARM}.koala.service", 2**22 + 1)  # which has just ended
         group(tmp_path, f"swarm-{SWARM}.target")
         group(tmp_path, "swarm-other.k3.service", os.getpid())
-        units = reported()["units"]
+        units = reported().units
         other.communicate(b"\n")
     assert sorted(units) == [f"swarm-{SWARM}.k3.service", f"swarm-{SWARM}.koala.service"]
     k3, koala = units.values()
-    assert k3["processes"] == 2
-    assert k3["cpu"] > 0
+    assert k3.processes == 2
+    assert k3.cpu > 0
     resident = Path("/proc/self/statm").read_text().split()[1]
-    assert k3["memory"] > int(resident) * os.sysconf("SC_PAGE_SIZE") / 2
-    assert koala == {"cpu": 0.0, "memory": 0, "processes": 0}
+    assert k3.memory > int(resident) * os.sysconf("SC_PAGE_SIZE") / 2
+    assert koala == costs.UnitCosts(0.0, 0, 0)

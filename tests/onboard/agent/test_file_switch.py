@@ -31,20 +31,16 @@ def switch(host: FakeHost, failpoint: str = "", **changes: Any) -> Reply:
     return host.apply(changes.pop("bundle", NEW), failpoint, **{**request, **changes})
 
 
-def history(host: FakeHost) -> list[dict[str, Any]]:
-    return host.ask({"verb": "history", "swarm": "new"}).answer["entries"]
-
-
 def test_it_stays_at_once_and_starts_nothing(host: FakeHost) -> None:
     outside = host.outside()
     reply = switch(host)
     assert reply.answer == {"release": NEW.digest, "previous": OLD.digest}
     assert (host.prefix / "calls").read_text() == ""  # of no unit, that of the recovery either
     seen = host.observe()
-    assert (seen["release"], seen["transaction"]["state"]) == (NEW.digest, "applied")
+    assert (seen.release, seen.transaction.state) == (NEW.digest, "applied")
     assert host.read("opt/swarm/new/current/data/map.yaml") == b"resolution: 0.05\n"
     assert host.outside() == outside
-    assert [one["next"] for one in history(host)] == [OLD.digest, NEW.digest]
+    assert [one.next for one in host.history()] == [OLD.digest, NEW.digest]
 
 
 @pytest.mark.parametrize(("failpoint", "release"), [("after:switching", OLD), ("after:flip", NEW)])
@@ -54,7 +50,7 @@ def test_an_agent_that_dies_leaves_a_whole_release_and_the_truth(
     assert switch(host, failpoint).status == 137
     seen = host.observe()
     state = "undone" if release is OLD else "applied"
-    assert (seen["release"], seen["transaction"]["state"]) == (release.digest, state)
+    assert (seen.release, seen.transaction.state) == (release.digest, state)
     confirmed = host.ask({"verb": "confirm", "swarm": "new", "txid": TXID, "wait": 0.3})
     if release is NEW:
         assert confirmed.answer == {"release": NEW.digest}
@@ -62,7 +58,7 @@ def test_an_agent_that_dies_leaves_a_whole_release_and_the_truth(
         assert confirmed.error["message"] == "interrupted before it changed anything"
     assert not host.apply(SCRIPT, previous=release.digest, start=[], txid="f" * 16).error
     applied = [OLD.digest, *([NEW.digest] if release is NEW else []), SCRIPT.digest]
-    assert [one["next"] for one in history(host)] == applied
+    assert [one.next for one in host.history()] == applied
     back = {"verb": "rollback", "swarm": "new", "txid": "9" * 16, "previous": SCRIPT.digest, "secrets": ""}
     assert host.ask({**back, "next": release.digest}).answer["release"] == release.digest
 
@@ -83,7 +79,7 @@ def test_an_agent_that_dies_leaves_a_whole_release_and_the_truth(
 def test_a_host_refuses_it_where_it_is_more(host: FakeHost, changes: dict[str, Any], why: str) -> None:
     reply = switch(host, **changes)
     assert why in reply.error["message"]
-    assert host.observe()["release"] == OLD.digest
+    assert host.observe().release == OLD.digest
 
 
 def test_a_disk_that_fills_up_at_the_switch_leaves_the_old_release(
@@ -96,7 +92,7 @@ def test_a_disk_that_fills_up_at_the_switch_leaves_the_old_release(
         patch.setattr(fakehost, "BOOT", fakehost.BOOT.replace(first, full + first))
         assert "the disk is full" in switch(host).error["message"]
     seen = host.observe()
-    assert (seen["release"], seen["transaction"]["state"]) == (OLD.digest, "undone")
+    assert (seen.release, seen.transaction.state) == (OLD.digest, "undone")
     assert switch(host, txid="f" * 16).answer["release"] == NEW.digest
 
 

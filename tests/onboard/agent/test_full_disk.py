@@ -96,7 +96,7 @@ def test_wherever_inodes_run_out_the_old_release_runs(small: Path, monkeypatch: 
         print(free, reply.error["message"])
         assert "the disk has no inodes left: " in reply.error["message"], (free, reply)
         seen = host.observe()
-        assert (seen["release"], seen["staging"], host.outside()) == (OLD.digest, [], before)
+        assert (seen.release, seen.staging, host.outside()) == (OLD.digest, [], before)
         shutil.rmtree(host.prefix / f"opt/swarm/new/releases/{NEW.digest}", ignore_errors=True)
         assert host.units() == dict.fromkeys(("master.service", "koala.service"), OLD.digest)
 

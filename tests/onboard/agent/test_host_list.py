@@ -31,13 +31,13 @@ def store(host: FakeHost, epoch: int, *names: str, **more: Any) -> Reply:
 
 def test_the_newest_list_counts_and_is_no_part_of_the_release(host: FakeHost) -> None:
     before = host.observe()
-    assert "host_list" not in before
+    assert before.host_list is None
     assert store(host, 5, "a", "b").answer == {"epoch": 5, "hosts": {"a": PI, "b": PI}, "gone": {}}
     assert store(host, 5, "c").answer["hosts"].keys() == {"a", "b"}
     assert store(host, 4, "c").answer["hosts"].keys() == {"a", "b"}
     after = host.observe()
-    assert after["host_list"] == {"epoch": 5, "digest": digest_of({"b": PI, "a": PI}, {})}
-    assert [after[key] for key in ("release", "drift")] == [before[key] for key in ("release", "drift")]
+    assert after.host_list == (5, digest_of({"b": PI, "a": PI}, {}))
+    assert (after.release, after.drift) == (before.release, before.drift)
     host.ask({"verb": "remove", "swarm": "new", "who": "ann"})
     assert not (host.prefix / "opt/swarm/new").exists()
 
@@ -60,8 +60,8 @@ def test_a_damaged_list_is_replaced(host: FakeHost, text: str) -> None:
 def test_forgotten_hosts_are_in_the_history(host: FakeHost) -> None:
     store(host, 5, "a", forgotten=["old-pi"], txid="f" * 16)
     store(host, 5, "a", forgotten=["other"], txid="e" * 16)  # not stored, so not logged
-    entries = host.ask({"verb": "history", "swarm": "new"}).answer["entries"]
+    entries = host.history()
     last = entries[-1]
-    assert [last[key] for key in ("state", "error", "who", "run")] == ["forgotten", "old-pi", "ann", "f" * 16]
-    assert last["previous"] == last["next"] == RELEASE.digest
-    assert "e" * 16 not in [one["txid"] for one in entries]
+    assert (last.state, last.error, last.who, last.run) == ("forgotten", "old-pi", "ann", "f" * 16)
+    assert last.previous == last.next == RELEASE.digest
+    assert "e" * 16 not in [one.txid for one in entries]

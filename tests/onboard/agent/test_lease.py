@@ -92,12 +92,12 @@ def test_a_lease_ends_with_the_boot(host: FakeHost) -> None:
 def test_a_renewal_moves_the_deadline_of_its_pending_change(host: FakeHost) -> None:
     lease(host, "anna")
     assert applied(host, run=ANNA, confirm_within=5) == ""
-    assert host.observe()["transaction"]["left"] < 6
+    assert host.observe().transaction.left < 6
     renewed = lease(host, "anna", pending=TXID, confirm_within=100)
     assert renewed["epoch"] == 1
-    assert host.observe()["transaction"]["left"] > 90
+    assert host.observe().transaction.left > 90
     lease(host, "anna", pending="f" * 16, confirm_within=1000)
-    assert host.observe()["transaction"]["left"] < 101
+    assert host.observe().transaction.left < 101
 
 
 @pytest.mark.parametrize("damage", ["", "{", "[]", '{"epoch": 3}', '{"epoch": "x", "run": 1}'])

@@ -100,7 +100,7 @@ def test_a_file_that_a_driver_refuses_is_undone(host: FakeHost) -> None:
         reply = host.apply(NEW, previous=OLD.digest, **RELOAD)
     assert "koala.service keeps its parameters: no; undone" in reply.error["message"]
     assert driver.text == "limit: 1"
-    assert host.observe()["release"] == OLD.digest
+    assert host.observe().release == OLD.digest
     assert host.units() == {UNIT: OLD.digest}
 
 
@@ -120,7 +120,7 @@ def test_what_a_dead_agent_had_reloaded_is_reloaded_again(host: FakeHost) -> Non
         assert driver.text == "limit: 2"
         assert host.recover() == 0
         assert driver.text == "limit: 1"
-    assert host.observe()["release"] == OLD.digest
+    assert host.observe().release == OLD.digest
 
 
 def test_a_rollback_reloads_what_a_deploy_has_reloaded(host: FakeHost) -> None:

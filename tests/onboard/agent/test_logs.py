@@ -9,14 +9,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.verbs import logs
 
 from swarmctl.remote import agent_client
+from swarmctl.remote.ask import ask, checked, of_note
 from tests.onboard.agent.fakehost import FakeHost
 from tests.onboard.agent.local_session import LocalSession
 from tests.timing import wait_for
 
 UNITS = ("swarm-s.k3.service", "swarm-s.k3.gate.service", "swarm-s.k30.service", "swarm-other.k3.service")
-REQUEST = {"verb": "logs", "swarm": "s", "parts": [], "lines": 3, "since": 0.0, "after": "", "follow": 0.0}
+REQUEST = logs.Request("s", [], lines=3)
 
 
 def line(at: float, message: Any = "m") -> str:
@@ -40,18 +42,18 @@ def journal(host: FakeHost, lines: Sequence[str], then: str = "") -> None:
     path.chmod(0o755)
 
 
-def ask(host: FakeHost, **changes: Any) -> Any:
-    reply = host.ask({**REQUEST, **changes})
-    return reply.answer or reply.error
+def logged(host: FakeHost, **changes: Any) -> Any:
+    reply = host.ask({"verb": "logs", **REQUEST._replace(**changes)._asdict()})
+    return checked(reply.answer, logs.Answer, "it") if reply.answer else reply.error
 
 
 def test_the_last_lines_come_oldest_first(host: FakeHost) -> None:
     journal(host, ["-- Boot --", *(line(at) for at in (5, 4, 3, 2))])
-    answer = ask(host)
-    assert [entry["time"] for entry in answer["entries"]] == [3, 4, 5]
-    assert (answer["cursor"], answer["cut"]) == ("c5", True)
-    assert not ask(host, lines=4)["cut"]
-    assert [entry["time"] for entry in ask(host, since=3.5)["entries"]] == [4, 5]
+    answer = logged(host)
+    assert [entry.time for entry in answer.entries] == [3, 4, 5]
+    assert (answer.cursor, answer.cut) == ("c5", True)
+    assert not logged(host, lines=4).cut
+    assert [entry.time for entry in logged(host, since=3.5).entries] == [4, 5]
 
 
 @pytest.mark.parametrize(
@@ -61,20 +63,20 @@ def test_only_the_units_that_are_meant_are_read(
     host: FakeHost, parts: list[str], units: Sequence[str]
 ) -> None:
     journal(host, [])
-    ask(host, parts=parts)
+    logged(host, parts=parts)
     called = (host.prefix / "calls").read_text().split()
     assert {word for word in called if word.startswith("--unit")} == {f"--unit={unit}" for unit in units}
 
 
 def test_a_host_without_such_units_reads_nothing(host: FakeHost) -> None:
     journal(host, [line(1)])
-    assert ask(host, parts=["x"])["entries"] == []
+    assert logged(host, parts=["x"]).entries == []
 
 
 def test_a_message_is_cut_and_bytes_are_text(host: FakeHost) -> None:
     journal(host, [line(2, "x" * 5000), line(1, [104, 105, 255])])
-    short, long = ask(host)["entries"]
-    assert (short["message"], len(long["message"])) == ("hi\\xff", 4096)
+    short, long = logged(host).entries
+    assert (short.message, len(long.message)) == ("hi\\xff", 4096)
 
 
 def test_an_entry_about_a_unit_is_of_that_unit(host: FakeHost) -> None:
@@ -83,7 +85,7 @@ def test_an_entry_about_a_unit_is_of_that_unit(host: FakeHost) -> None:
     dump.update(COREDUMP_UNIT=UNITS[0], _SYSTEMD_UNIT="systemd-coredump@0.service")
     other["OBJECT_SYSTEMD_UNIT"] = other.pop("_SYSTEMD_UNIT")
     journal(host, [json.dumps(dump), json.dumps(other)])
-    assert [(entry["time"], entry["unit"]) for entry in ask(host)["entries"]] == [
+    assert [(entry.time, entry.unit) for entry in logged(host).entries] == [
         (1, UNITS[0]),
         (2, UNITS[0]),
     ]
@@ -91,28 +93,28 @@ def test_an_entry_about_a_unit_is_of_that_unit(host: FakeHost) -> None:
 
 def test_a_flood_is_cut(host: FakeHost) -> None:
     journal(host, [line(at, "x" * 5000) for at in range(1100)])
-    answer = ask(host, lines=10000)
-    assert (len(answer["entries"]), answer["cut"]) == (1024, True)
+    answer = logged(host, lines=10000)
+    assert (len(answer.entries), answer.cut) == (1024, True)
 
 
 def test_a_broken_journal_is_an_error(host: FakeHost) -> None:
     journal(host, [], then="exit 1")
-    assert ask(host)["message"] == "journalctl ended with status 1"
+    assert logged(host)["message"] == "journalctl ended with status 1"
 
 
 def test_it_follows_from_the_cursor_until_units_come_or_go(host: FakeHost) -> None:
     # `exec`: the shell would leave `sleep` behind.
     journal(host, [line(1), line(2), '{"__CURS'], then="exec sleep 1000")
-    notes: list[Any] = []
+    notes: list[logs.Answer] = []
 
     def take(note: str) -> None:
-        notes.append(json.loads(note))
+        notes.append(of_note(note, logs.Answer, "it"))
         (host.prefix / "etc/systemd/system/swarm-s.new.service").touch()
 
     session = LocalSession(host.environment())
     with agent_client.agent_session(session, become=False, verbs=("logs",)) as agent:
-        agent.request({**REQUEST, "after": "c0", "follow": 1000.0}, on_note=take)
-    assert [(one["cursor"], len(one["entries"])) for one in notes] == [("c2", 2)]
+        ask(agent, logs.handle, REQUEST._replace(after="c0", follow=1000.0), on_note=take)
+    assert [(one.cursor, len(one.entries)) for one in notes] == [("c2", 2)]
     assert "--after-cursor=c0" in (host.prefix / "calls").read_text()
 
 
@@ -129,6 +131,6 @@ def test_it_ends_with_the_operator(host: FakeHost) -> None:
         suppress(KeyboardInterrupt),
         agent_client.agent_session(session, become=False, verbs=("logs",)) as agent,
     ):
-        agent.request({**REQUEST, "follow": 1000.0}, on_note=leave)
+        ask(agent, logs.handle, REQUEST._replace(follow=1000.0), on_note=leave)
     process = Path(f"/proc/{follower.read_text().strip()}")
     wait_for(lambda: not process.exists(), complaint="journalctl stays")

@@ -17,6 +17,7 @@ from swarmctl.render.bundle import File
 from tests.onboard.agent.fakehost import NONCE, FakeHost, bundle
 
 RELEASE = bundle("1")
+APPLY = {"verb": "apply", "swarm": "new", "txid": "0" * 16, "previous": None, "next": "0" * 16}
 MORE = replace(RELEASE, files=(*RELEASE.files, File("data/map.yaml", b"resolution: 0.05\n")))
 FILES_ONLY: dict[str, Any] = {"previous": RELEASE.digest, "start": [], "files_only": True}
 UNITS: dict[str, Any] = {"previous": RELEASE.digest, "start": [], "confirm_within": 0.0}
@@ -26,19 +27,19 @@ FIRST, SECOND = "e" * 16, "0123456789abcdef"
 def test_a_fresh_host_has_nothing_and_is_left_so(host: FakeHost) -> None:
     seen = host.observe()
 
-    assert seen["release"] is None
-    assert seen["units"] == {}
-    assert seen["transaction"]["state"] == ""
-    assert seen["facts"]["systemd"] is True
-    assert seen["facts"]["free_bytes"] > 0
+    assert seen.release is None
+    assert seen.units == {}
+    assert seen.transaction.state == ""
+    assert seen.facts.systemd is True
+    assert seen.facts.free_bytes > 0
     assert not list((host.prefix / "opt").iterdir())
 
 
 def test_the_manifest_is_left_out_for_who_knows_it(host: FakeHost) -> None:
     host.apply(RELEASE)
 
-    assert host.observe()["manifest"] == RELEASE.manifest
-    assert "manifest" not in host.observe(known_release=RELEASE.digest)
+    assert host.observe().manifest == RELEASE.manifest
+    assert host.observe(known_release=RELEASE.digest).manifest is None
 
 
 def test_units_in_the_swarms_name_of_no_release_are_left(host: FakeHost) -> None:
@@ -49,7 +50,7 @@ def test_units_in_the_swarms_name_of_no_release_are_left(host: FakeHost) -> None
     (units / "swarm-new2.old.service").write_text("")
     (units / "swarm-new.old.service.d").mkdir()
     host.apply(RELEASE)
-    assert host.observe()["foreign_units"] == ["swarm-new.gone.timer", "swarm-new.old.service"]
+    assert host.observe().foreign_units == ["swarm-new.gone.timer", "swarm-new.old.service"]
 
     removed = host.ask({"verb": "remove", "swarm": "new", "who": "someone@laptop"})
 
@@ -65,9 +66,9 @@ def test_contents_come_on_request(host: FakeHost) -> None:
 
     seen = host.observe(contents=True)
 
-    assert seen["files"]["params/koala.yaml"] == "version: 1\n"
-    assert seen["blocks"] == {"/etc/hosts": "10.0.0.1 pi\n"}
-    assert "files" not in host.observe()
+    assert seen.files["params/koala.yaml"] == "version: 1\n"
+    assert seen.blocks == {"/etc/hosts": "10.0.0.1 pi\n"}
+    assert host.observe().files == {}
 
 
 def test_a_manifest_that_was_tampered_with_is_no_manifest(host: FakeHost) -> None:
@@ -77,8 +78,8 @@ def test_a_manifest_that_was_tampered_with_is_no_manifest(host: FakeHost) -> Non
 
     seen = host.observe()
 
-    assert seen["drift"]["files"] == {"manifest.json": "damaged"}
-    assert seen["units"] == {}
+    assert seen.drift.files == {"manifest.json": "damaged"}
+    assert seen.units == {}
 
 
 def test_a_changed_mode_and_a_file_made_a_link_are_drift(host: FakeHost) -> None:
@@ -88,7 +89,7 @@ def test_a_changed_mode_and_a_file_made_a_link_are_drift(host: FakeHost) -> None
     (release / "params/koala.yaml").unlink()
     (release / "params/koala.yaml").symlink_to("/etc/passwd")
 
-    assert host.observe()["drift"]["files"] == {"hosts": "changed", "params/koala.yaml": "changed"}
+    assert host.observe().drift.files == {"hosts": "changed", "params/koala.yaml": "changed"}
 
 
 @pytest.mark.parametrize(
@@ -100,10 +101,10 @@ def test_a_changed_mode_and_a_file_made_a_link_are_drift(host: FakeHost) -> None
         {"verb": "os", "swarm": "new"},
         {"verb": "__init__", "swarm": "new"},
         {"verb": "a.b", "swarm": "new"},
-        {"verb": "apply", "swarm": "new", "txid": "../../x", "next": "0" * 16},
-        {"verb": "apply", "swarm": "new", "txid": "0" * 16, "next": "x"},
-        {"verb": "apply", "swarm": "new", "txid": "0" * 16, "next": "0" * 16, "stop": ["-H evil"]},
-        {"verb": "apply", "swarm": "new", "txid": "0" * 16, "next": "0" * 16, "start": "koala.service"},
+        {**APPLY, "txid": "../../x"},
+        {**APPLY, "next": "x"},
+        {**APPLY, "stop": ["-H evil"]},
+        {**APPLY, "start": "koala.service"},
     ],
 )
 def test_an_invalid_request_is_an_error_and_changes_nothing(
@@ -116,12 +117,11 @@ def test_an_invalid_request_is_an_error_and_changes_nothing(
     assert not list((host.prefix / "opt").iterdir())
 
 
-def observed_here(host: FakeHost, monkeypatch: pytest.MonkeyPatch) -> Any:
+def observed_here(host: FakeHost, monkeypatch: pytest.MonkeyPatch) -> observe.Answer:
     """The host observed in this process, so that a test can have something happen amid it."""
     for name, value in host.environment().items():
         monkeypatch.setenv(name, value)
-    request: Any = {"verb": "observe", "swarm": "new", "motion": True}
-    return observe.handle(request, b"", Report(NONCE))
+    return observe.handle(observe.Request("new", motion=True), b"", Report(NONCE))
 
 
 @pytest.mark.parametrize("change", [FILES_ONLY, UNITS], ids=["files", "units"])
@@ -166,10 +166,10 @@ def test_a_look_never_names_a_change_that_it_has_not_seen_whole(
     seen = observed_here(host, monkeypatch)
 
     assert done
-    if seen["transaction"]["txid"] == SECOND:
-        assert (seen["release"], seen["transaction"]["state"]) == (MORE.digest, "applied")
-        assert seen["manifest"] == MORE.manifest
-        assert not seen["drift"]["files"]
+    if seen.transaction.txid == SECOND:
+        assert (seen.release, seen.transaction.state) == (MORE.digest, "applied")
+        assert seen.manifest == MORE.manifest
+        assert not seen.drift.files
 
 
 def test_a_change_of_files_that_begins_amid_a_look_is_not_undone(
@@ -191,7 +191,7 @@ def test_a_change_of_files_that_begins_amid_a_look_is_not_undone(
 
     monkeypatch.setattr(lock, "holder", one_begins)
     with held:
-        seen = observed_here(host, monkeypatch)["transaction"]
+        seen = observed_here(host, monkeypatch).transaction
 
     assert begun
-    assert (seen["txid"], seen["state"]) in [(FIRST, "applied"), (SECOND, "applying")]
+    assert (seen.txid, seen.state) in [(FIRST, "applied"), (SECOND, "applying")]

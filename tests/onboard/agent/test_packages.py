@@ -32,7 +32,7 @@ def space(host: FakeHost, path: str, *, sources: str = "", upon: str = "") -> No
 
 
 def has(host: FakeHost, *requires: str) -> dict[str, str | None]:
-    found = host.observe(requires=requires)["facts"]["has"]
+    found = host.observe(requires=requires).facts.has
     return {name: found[name] for name in requires}
 
 

@@ -50,19 +50,19 @@ def again(host: FakeHost) -> list[str]:
 
 def test_a_missing_program_gets_no_files_and_is_no_deviation(bare: FakeHost) -> None:
     assert bare.apply(FIRST).answer["release"] == FIRST.digest
-    seen = bare.observe(know=FIRST.digest)
+    seen = bare.observe(known_release=FIRST.digest)
     assert not (bare.prefix / "etc/chrony").exists()
     assert not (bare.prefix / "etc/NetworkManager").exists()
     assert again(bare) == []
-    assert seen["drift"] == {"files": {}, "links": {}, "blocks": {}}
-    assert seen["facts"]["absent"] == ["/etc/NetworkManager/conf.d", "/etc/chrony/chrony.conf"]
+    assert seen.drift == ({}, {}, {})
+    assert seen.facts.absent == ["/etc/NetworkManager/conf.d", "/etc/chrony/chrony.conf"]
 
 
 def test_a_program_that_came_later_is_seen(bare: FakeHost) -> None:
     bare.apply(FIRST)
     (bare.prefix / "etc/chrony").mkdir()
     (bare.prefix / "etc/chrony/chrony.conf").write_text(CONF)
-    assert bare.observe()["drift"]["blocks"] == {"/etc/chrony/chrony.conf": "missing"}
+    assert bare.observe().drift.blocks == {"/etc/chrony/chrony.conf": "missing"}
 
 
 def test_only_a_changed_file_is_read_again(host: FakeHost) -> None:
@@ -122,10 +122,11 @@ def test_what_is_wanted_is_looked_for_where_root_finds_it(host: FakeHost) -> Non
     (host.prefix / "usr/sbin/chronyd").touch(0o755)
     (host.prefix / "sys/class/net/wlan0/phy80211").mkdir(parents=True)
     (host.prefix / "sys/class/net/eth0").mkdir()
-    facts = host.observe(wants=["chronyd", "iw", "../evil"])["facts"]
-    assert facts["has"]["chronyd"] == "/usr/sbin/chronyd"
-    assert facts["has"]["iw"] is None
-    assert "../evil" not in facts["has"]
-    assert facts["clock"] in ("follows", "alone", "borrowed")
-    assert facts["power_save"] == {"wlan0": ""}
-    assert not {"clock", "power_save"} & set(host.observe()["facts"])
+    facts = host.observe(wants=["chronyd", "iw", "../evil"]).facts
+    assert facts.has["chronyd"] == "/usr/sbin/chronyd"
+    assert facts.has["iw"] is None
+    assert "../evil" not in facts.has
+    assert facts.clock in ("follows", "alone", "borrowed")
+    assert facts.power_save == {"wlan0": ""}
+    bare = host.observe().facts
+    assert (bare.clock, bare.power_save) == (None, None)

@@ -9,9 +9,14 @@ import pytest
 from swarm_onboard.agent.process_environment import FILE, differences
 from swarm_onboard.agent.release_store import Home
 
+from tests.onboard.agent.fakehost import RUNS
+
 WANTED = {"ROS_MASTER_URI": "http://10.0.0.1:11311", "ROS_IP": "10.0.0.2"}
 UNIT = "swarm-new.k3.service"
-STATES = {UNIT: {"pid": 42}, "swarm-new.target": {"pid": 0}, "swarm-new.ended.service": {"pid": 43}}
+STATES = {
+    unit: RUNS._replace(pid=pid)
+    for unit, pid in ((UNIT, 42), ("swarm-new.target", 0), ("swarm-new.ended.service", 43))
+}
 
 
 def host(tmp_path: Path, seen: Mapping[str, str]) -> Home:

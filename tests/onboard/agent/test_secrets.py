@@ -45,7 +45,7 @@ def rotate(host: FakeHost, failpoint: str = "", pin: str = NEXT, **more: object)
 
 
 def back(host: FakeHost, release: Bundle, secrets: str) -> Reply:
-    base = host.observe()["release"]
+    base = host.observe().release
     return host.ask(
         {
             "verb": "rollback",
@@ -74,7 +74,7 @@ def has_the_old_pin(host: FakeHost, runs: bool = True) -> None:
     assert (host.prefix / VAULT / "epuck-pin").read_text() == PIN
     assert not runs or host.readers()[READER] == current(host)
     assert NEXT not in [path.read_text() for path in (host.prefix / "etc").rglob("*") if path.is_file()]
-    assert host.observe()["transaction"]["state"] == "undone"
+    assert host.observe().transaction.state == "undone"
 
 
 def test_only_root_can_read_it(paired: FakeHost) -> None:
@@ -134,7 +134,8 @@ def test_a_value_that_is_not_confirmed_goes(paired: FakeHost, verb: str) -> None
     if verb == "deadline":
         assert paired.recover() == 0
     else:
-        paired.ask({"verb": verb, "swarm": "new", "txid": TXID, "seconds": 1, "within": 5})
+        within = {"seconds": 1, "within": 5} if verb == "hold" else {}
+        paired.ask({"verb": verb, "swarm": "new", "txid": TXID, **within})
     has_the_old_pin(paired)
 
 

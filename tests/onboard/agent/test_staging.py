@@ -192,7 +192,7 @@ def test_a_full_disk_is_noticed_before_anything_is_written(
         place = str(tmp_path / "opt")
         assert message.format(free=disk.free(place) // 1024, place=place) in reply.error["message"]
         assert reply.error["hint"].endswith(f" {'in' if 'KiB' in message else 'from'} {place}")
-        assert host.observe()["releases"] == []
+        assert host.observe().releases == []
         assert host.calls() == []
 
 
@@ -203,13 +203,13 @@ def test_a_disk_that_does_not_keep_what_was_written_is_refused(
     host.apply(bundle("1"))
     monkeypatch.setenv("SWARM_PREFIX", str(tmp_path))
     monkeypatch.setattr(files, "sync_disk", lambda folder: (Path(folder) / "hosts").write_bytes(b"\0" * 12))
-    request = request_for(following, previous=bundle("1").digest)
+    request = apply.Request("new", "0" * 16, bundle("1").digest, following.digest)
 
     with pytest.raises(RefusedError, match="hosts did not reach the disk as it was sent"):
-        apply.handle({**request, "secrets": 0}, payload_of(following), Report("n"))
+        apply.handle(request, payload_of(following), Report("n"))
 
-    assert host.observe()["release"] == bundle("1").digest
-    assert host.observe()["releases"] == [bundle("1").digest]
+    assert host.observe().release == bundle("1").digest
+    assert host.observe().releases == [bundle("1").digest]
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting needs root")
@@ -222,7 +222,7 @@ def test_a_read_only_disk_is_named(tmp_path: Path) -> None:
 
         assert reply.error["kind"] == "refused"
         assert "Read-only file system" in reply.error["message"]
-        assert host.observe()["release"] == bundle("1").digest
+        assert host.observe().release == bundle("1").digest
 
 
 def test_contents_of_the_release_before_need_not_travel(tmp_path: Path) -> None:
@@ -240,4 +240,4 @@ def test_contents_of_the_release_before_need_not_travel(tmp_path: Path) -> None:
 
     host.apply(first, previous=first.digest, start=[])  # repairs it
     assert host.ask(change, sent).answer["release"] == second.digest
-    assert host.observe()["drift"]["files"] == {}
+    assert host.observe().drift.files == {}

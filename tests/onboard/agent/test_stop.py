@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import pytest
 from swarm_onboard.agent import robot_motion
 from swarm_onboard.agent.paths import stop_file
+from swarm_onboard.agent.robot_motion import RobotMotion
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.verbs import start, stop
 from swarm_onboard.command.command_mailbox import CommandMailbox
@@ -66,31 +67,29 @@ def running(
         thread.join()
 
 
-def stopped(*robots: str, others: bool = False, patience: float = 5.0) -> dict:
-    request = {"verb": "stop", "swarm": SWARM, "who": "me@desk (1)"}
-    answer = stop.handle(
-        {**request, "robots": list(robots), "others": others, "patience": patience}, b"", Report("n")
-    )
-    assert answer["deployed"]
-    return answer["robots"]
+def stopped(*robots: str, others: bool = False, patience: float = 5.0) -> dict[str, RobotMotion]:
+    request = stop.Request(SWARM, "me@desk (1)", list(robots), others, patience)
+    answer = stop.handle(request, b"", Report("n"))
+    assert answer.deployed
+    return answer.robots
 
 
 def started(*robots: str, others: bool = False) -> list[str]:
-    request = {"verb": "start", "swarm": SWARM, "robots": list(robots), "others": others}
-    return start.handle(request, b"", Report("n"))["released"]
+    return start.handle(start.Request(SWARM, list(robots), others), b"", Report("n")).released
 
 
 def test_a_driver_is_woken_by_its_latch_and_answers_from_the_wheels(
     host: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    clocks = SimpleNamespace(time=lambda: 1_700_000_000.5, monotonic=time.monotonic)
+    began = time.monotonic()
+    later = began + 0.2
+    clocks = SimpleNamespace(time=lambda: 1_700_000_000.5, monotonic=lambda: began)
     monkeypatch.setattr(stop, "time", clocks)
-    later = time.monotonic() + 0.2
     with running(host, "koala", zero_at=later, measured=True, still_since=later) as commands:
         found = stopped("koala")["koala"]
         assert commands.held
-    assert (found["proof"], found["latched"], found["commander"]) == ("wheels", True, "joy")
-    assert 0.0 <= found["seconds"] <= 0.2  # not when it answered
+    assert (found.proof, found.latched, found.commander) == ("wheels", True, "joy")
+    assert found.seconds == round(later - began, 3)  # not when it answered
     latch = json.loads(latch_of(host, "koala").read_text())
     assert latch["who"] == "me@desk (1)"
     assert latch["since"] == 1_700_000_000.5
@@ -113,7 +112,7 @@ def test_a_driver_is_woken_by_its_latch_and_answers_from_the_wheels(
 def test_what_is_not_shown_by_the_wheels_is_no_proof(host: Path, motion, proof: str, trouble: str) -> None:
     with running(host, "koala", **motion):
         found = stopped("koala", patience=0.2)["koala"]
-    assert (found["proof"], found["trouble"]) == (proof, trouble)
+    assert (found.proof, found.trouble) == (proof, trouble)
 
 
 @pytest.mark.parametrize(
@@ -132,14 +131,14 @@ def test_odometry_that_is_still_to_come_is_waited_for(motion: dict[str, object],
 
 def test_without_a_driver_the_next_start_is_latched(host: Path) -> None:
     found = stopped("koala")["koala"]
-    assert (found["latched"], found["runs"], found["proof"]) == (True, False, "none")
+    assert (found.latched, found.runs, found.proof) == (True, False, "none")
     assert latch_of(host, "koala").exists()
 
 
 def test_a_robot_that_nothing_guards_is_not_called_stopped(host: Path) -> None:
     found = stopped("free")["free"]
-    assert not found["latched"]
-    assert found["trouble"] == stop.UNGUARDED
+    assert not found.latched
+    assert found.trouble == stop.UNGUARDED
     assert not latch_of(host, "free").exists()
 
 
@@ -153,8 +152,8 @@ def test_a_disk_that_cannot_be_written_fails_only_by_robot(host: Path) -> None:
     latch_of(host, "koala").parent.parent.mkdir(parents=True)
     latch_of(host, "koala").parent.write_text("in the way")
     found = stopped("koala")["koala"]
-    assert not found["latched"]
-    assert "cannot be written" in found["trouble"]
+    assert not found.latched
+    assert "cannot be written" in found.trouble
 
 
 def test_start_releases_what_was_stopped_and_wakes_its_driver(host: Path) -> None:
@@ -173,10 +172,6 @@ def test_start_releases_what_was_stopped_and_wakes_its_driver(host: Path) -> Non
 
 def test_a_swarm_that_is_not_deployed_has_no_latch(host: Path) -> None:
     (host / "opt/swarm/lab/current").unlink()
-    answer = stop.handle(
-        {"verb": "stop", "swarm": SWARM, "who": "", "robots": ["koala"], "others": True, "patience": 1.0},
-        b"",
-        Report("n"),
-    )
-    assert answer == {"deployed": False, "elapsed": 0.0, "robots": {}}
+    request = stop.Request(SWARM, "", ["koala"], others=True, patience=1.0)
+    assert stop.handle(request, b"", Report("n")) == stop.Answer(deployed=False, elapsed=0.0, robots={})
     assert not (host / "etc").exists()

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import io
-import json
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent.motion_messages import Telemetry
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.verbs import telemetry
+from swarm_onboard.agent.verbs.telemetry import RobotTelemetry, Telemetry
 
 from swarmctl.remote import agent_client
+from swarmctl.remote.ask import of_note
 from tests.onboard.agent.test_stop import SWARM, running
 
 MOVES = {"pose": [1.23456, 2.0, 0.5], "driven": [0.1, 0.0], "commanded": [0.2, 0.0], "battery": 0.51234}
-UNKNOWN = {"pose": None, "driven": None, "commanded": None, "battery": None}
 
 
 @pytest.fixture(autouse=True)
@@ -27,40 +26,34 @@ def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def sent(*missing: str) -> list[Telemetry]:
     sink = io.BytesIO()
     devices = dict.fromkeys(missing, "/no/such/device") | {"here": "/dev/null"}
-    answer = telemetry.handle(
-        {"verb": "telemetry", "swarm": SWARM, "devices": devices, "period": 0.05, "seconds": 0.2},
-        b"",
-        Report("n", sink),
-    )
+    answer = telemetry.handle(telemetry.Request(SWARM, devices, 0.05, 0.2), b"", Report("n", sink))
     lines = [line for line in sink.getvalue().splitlines() if line]
-    notes = [json.loads(agent_client._parse(line.partition(b" ")[2])["note"]) for line in lines]
-    assert answer == {"sent": len(notes)}
-    for note in notes:
-        agent_client.check_type(note, Telemetry, "the note")
-    return notes
+    notes = [agent_client._parse(line.partition(b" ")[2])["note"] for line in lines]
+    assert answer.sent == len(notes)
+    return [of_note(note, Telemetry, "the note") for note in notes]
 
 
 def test_each_robot_is_as_its_driver_knows_it(host: Path) -> None:
     with running(host, "koala", **MOVES), running(host, "k3", part=".gate", trouble="no odometry"):
         notes = sent("k3")
     assert len(notes) > 1
-    assert notes[-1]["robots"]["koala"] == {
-        "pose": [1.2346, 2.0, 0.5], "driven": [0.1, 0.0], "commanded": [0.2, 0.0], "battery": 0.5123,
-        "commander": "joy", "trouble": "", "held": False,
+    assert notes[-1].robots == {
+        "koala": RobotTelemetry(
+            pose=[1.2346, 2.0, 0.5], driven=[0.1, 0.0], commanded=[0.2, 0.0], battery=0.5123,
+            commander="joy", trouble="", held=False,
+        ),
+        "k3": RobotTelemetry(None, None, None, "joy", "no odometry", held=False, battery=None),
     }  # fmt: skip
-    k3 = notes[-1]["robots"]["k3"]
-    assert {name: k3[name] for name in UNKNOWN} == UNKNOWN  # type: ignore[literal-required]
-    assert k3["trouble"] == "no odometry"
-    assert notes[-1]["missing"] == ["k3"]
+    assert notes[-1].missing == ["k3"]
 
 
 def test_a_driver_that_answers_nonsense_costs_its_own_numbers(host: Path) -> None:
     nonsense = {"pose": "here", "driven": [1], "commanded": {}}
     with running(host, "koala", **nonsense), running(host, "k3", **MOVES):
-        robots = sent()[-1]["robots"]
-    assert (robots["koala"]["pose"], robots["koala"]["driven"]) == (None, None)
-    assert robots["k3"]["driven"] == [0.1, 0.0]
+        robots = sent()[-1].robots
+    assert (robots["koala"].pose, robots["koala"].driven) == (None, None)
+    assert robots["k3"].driven == [0.1, 0.0]
 
 
 def test_a_host_without_drivers_sends_that() -> None:
-    assert sent()[-1] == {"robots": {}, "missing": [], "units": []}
+    assert sent()[-1] == Telemetry({}, [], [])

@@ -16,7 +16,7 @@ from tests.timing import PATIENCE
 def test_a_first_deploy_brings_everything(host: FakeHost) -> None:
     reply = host.apply(OLD)
 
-    assert {name: unit["active"] for name, unit in host.observe()["units"].items()} == {
+    assert {name: unit.active for name, unit in host.observe().units.items()} == {
         "master.service": "active",
         "koala.service": "active",
     }
@@ -100,7 +100,7 @@ def test_a_full_disk_while_staging_changes_nothing(old: FakeHost, step: str) -> 
     assert reply.error["kind"] == "failed"
     assert "the disk is full" in reply.error["message"]
     assert old.calls() == []
-    assert old.observe()["release"] == OLD.digest
+    assert old.observe().release == OLD.digest
     assert old.apply(NEW, **CHANGE).answer["release"] == NEW.digest
     runs(old, NEW.digest, ("master", "khepera"))
 
@@ -110,7 +110,7 @@ def test_a_damaged_release_is_repaired_under_its_own_name(old: FakeHost) -> None
     (release / "params/koala.yaml").write_text("speed: 99\n")
     (release / "hosts").unlink()
     (release / "stray").touch()
-    assert old.observe()["drift"]["files"] == {
+    assert old.observe().drift.files == {
         "params/koala.yaml": "changed",
         "hosts": "missing",
         "stray": "extra",
@@ -127,9 +127,9 @@ def test_a_link_that_leads_nowhere_of_ours_is_put_right(host: FakeHost, target: 
     current = host.prefix / "opt/swarm/new/current"
     current.unlink()
     current.symlink_to(target)
-    assert host.apply(NEW, previous=host.observe()["release"]).answer["release"] == NEW.digest
-    assert host.observe()["release"] == NEW.digest
-    assert host.observe()["drift"] == {"files": {}, "links": {}, "blocks": {}}
+    assert host.apply(NEW, previous=host.observe().release).answer["release"] == NEW.digest
+    assert host.observe().release == NEW.digest
+    assert host.observe().drift == ({}, {}, {})
 
 
 def test_a_folder_in_place_of_the_link_is_refused(host: FakeHost) -> None:
@@ -154,7 +154,7 @@ def test_a_bad_release_is_not_tried_again_after_another_bad_one(host: FakeHost) 
     first, _, then = message.partition(f"undone, release {OLD.digest} is in place again; but ")
     assert "Job for khepera.service failed" in first
     assert "Job for master.service failed" in then
-    assert host.observe()["release"] == OLD.digest
+    assert host.observe().release == OLD.digest
     host.calls()
     assert host.recover() == 0
     assert host.calls() == []  # nothing is tried again
@@ -165,14 +165,12 @@ def test_links_and_blocks_that_went_astray_are_put_right(old: FakeHost) -> None:
     (system / "koala.service").unlink()
     (system / "ghost.service").symlink_to("/opt/swarm/new/current/units/ghost.service")
     (old.prefix / "etc/hosts").write_bytes(b"127.0.0.1 localhost\n")
-    assert old.observe()["drift"] == {
-        "files": {},
-        "links": {
-            "/etc/systemd/system/koala.service": "missing",
-            "/etc/systemd/system/ghost.service": "extra",
-        },
-        "blocks": {"/etc/hosts": "missing"},
-    }
+    links = {"koala": "missing", "ghost": "extra"}
+    assert old.observe().drift == (
+        {},
+        {f"/etc/systemd/system/{name}.service": state for name, state in links.items()},
+        {"/etc/hosts": "missing"},
+    )
 
     old.apply(OLD, previous=OLD.digest, start=[])
 
@@ -194,7 +192,7 @@ def test_the_current_release_and_two_before_it_are_kept(host: FakeHost) -> None:
     for before, after in zip([None, *releases], releases, strict=False):
         host.apply(after, previous=before.digest if before else None, start=[])
 
-    assert host.observe()["releases"] == sorted(release.digest for release in releases[-3:])
+    assert host.observe().releases == sorted(release.digest for release in releases[-3:])
 
 
 def test_a_plan_for_another_release_is_refused(old: FakeHost) -> None:
@@ -209,7 +207,7 @@ def test_only_one_deploys_at_a_time_and_the_other_learns_who(old: FakeHost) -> N
     (old.prefix / "opt/swarm/new/state/lock").write_text('{"who": "anna@desk", "pid": 7}')
     with (old.prefix / "opt/swarm/new/state/lock").open() as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        assert old.observe()["lock"] == "anna@desk (process 7)"
+        assert old.observe().lock == "anna@desk (process 7)"
         reply = old.apply(NEW, **CHANGE)
 
     assert reply.error["message"] == "locked by anna@desk (process 7)"
@@ -266,7 +264,7 @@ def test_once_begun_a_deploy_outlives_its_connection(old: FakeHost) -> None:
         process.wait(PATIENCE)
 
     runs(old, NEW.digest, ("master", "khepera"))
-    assert old.observe()["transaction"]["state"] == "applied"
+    assert old.observe().transaction.state == "applied"
 
 
 def test_a_deploy_that_nobody_waits_for_does_not_begin(old: FakeHost) -> None:
@@ -277,7 +275,7 @@ def test_a_deploy_that_nobody_waits_for_does_not_begin(old: FakeHost) -> None:
         process.wait(PATIENCE)
 
     assert old.calls() == []
-    assert old.observe()["transaction"]["next"] == OLD.digest
+    assert old.observe().transaction.next == OLD.digest
     assert old.apply(NEW, **CHANGE).answer["release"] == NEW.digest
 
 

@@ -34,8 +34,8 @@ def test_what_a_dead_agent_left_is_undone_without_a_person(old: FakeHost, step: 
     else:
         assert old.outside() == before
         seen = old.observe()
-        assert (seen["release"], seen["drift"]) == (OLD.digest, {"files": {}, "links": {}, "blocks": {}})
-    assert old.observe()["transaction"]["state"] == ("applied" if kept or step in BEFORE_RECORD else "undone")
+        assert (seen.release, seen.drift) == (OLD.digest, ({}, {}, {}))
+    assert old.observe().transaction.state == ("applied" if kept or step in BEFORE_RECORD else "undone")
     assert not (old.prefix / "opt/swarm/new/state/open").exists()
 
 
@@ -43,7 +43,7 @@ def test_what_a_dead_agent_left_is_undone_without_a_person(old: FakeHost, step: 
 def test_after_a_kill_at_any_step_the_next_deploy_completes(old: FakeHost, step: str) -> None:
     old.apply(NEW, f"after:{step}", **CHANGE)
     old.recover()
-    base = old.observe()["release"]
+    base = old.observe().release
 
     done = {"stop": [], "restart": [], "start": []} if base == NEW.digest else {}
     reply = old.apply(NEW, **{**CHANGE, **done, "previous": base})
@@ -120,9 +120,9 @@ def test_an_interrupted_undo_is_completed_and_its_cause_is_kept(old: FakeHost, s
 
     assert old.recover() == 0
 
-    last = old.observe()["transaction"]
-    assert (last["state"], last["previous"]) == ("undone", OLD.digest)
-    assert "the disk is full" in last["error"]
+    last = old.observe().transaction
+    assert (last.state, last.previous) == ("undone", OLD.digest)
+    assert "the disk is full" in last.error
     assert old.outside() == before
 
 
@@ -137,7 +137,7 @@ def test_a_recovery_that_is_interrupted_is_done_at_the_next_boot(old: FakeHost, 
     assert old.recover() == 0
 
     assert old.outside() == before
-    assert old.observe()["transaction"]["state"] == "undone"
+    assert old.observe().transaction.state == "undone"
 
 
 @pytest.mark.parametrize("step", ["stop", "flip", "reload"])
@@ -184,4 +184,4 @@ def test_a_unit_that_does_not_stop_is_undone_before_anything_changed(old: FakeHo
     reply = old.apply(NEW, **CHANGE)
 
     assert "Job for koala.service timed out" in reply.error["message"]
-    assert old.observe()["release"] == OLD.digest
+    assert old.observe().release == OLD.digest

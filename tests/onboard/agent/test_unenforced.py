@@ -24,4 +24,4 @@ def test_a_list_of_addresses_without_a_count_of_bytes_is_not_enforced(
     monkeypatch: pytest.MonkeyPatch, shown: tuple[str, ...], unenforced: bool
 ) -> None:
     monkeypatch.setattr(systemd, "call", lambda command, timeout: "\n".join(shown))
-    assert systemd.states(["k3.service"])["k3.service"]["unenforced"] is unenforced
+    assert systemd.states(["k3.service"])["k3.service"].unenforced is unenforced

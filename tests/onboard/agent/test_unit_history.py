@@ -15,6 +15,8 @@ from swarm_onboard.agent import conditions, processes, systemd, unit_history, un
 from swarm_onboard.agent.errors import FailedError
 from swarm_onboard.agent.release_store import Home
 
+from tests.onboard.agent.fakehost import RUNS
+
 UNIT = "swarm-test.k3.service"
 NOW, UP = 1_700_000_900.0, 60.0  # s since 1970, and since the boot
 RESTART, EXIT = "5eb03494b6584870a536b337290809b3", "98e322203f7a4ed290d09fe03c09fe15"
@@ -73,7 +75,7 @@ def test_the_last_exit_is_in_the_journal(event: dict[str, Any], shown: str, host
 )
 def test_restarts_count_since_a_start_by_hand(restarts: int, events: int, recent: int, host: Path) -> None:
     journal(host, *[RESTARTED] * events)
-    seen = {UNIT: {"restarts": restarts, "active": "active"}}
+    seen = {UNIT: RUNS._replace(restarts=restarts, active="active")}
     assert unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["recent"] == recent
 
 
@@ -82,7 +84,7 @@ def test_a_restarted_unit_has_run_for_a_time(host: Path) -> None:
     entered = (UP - 3) * 1e6
     program(host, "systemctl", f"printf 'Id=%s\\nActiveEnterTimestampMonotonic=%d\\n' {UNIT} {entered:.0f}")
     for active, seconds in (("active", 3.0), ("activating", 0.0)):
-        seen = {UNIT: {"restarts": 1, "active": active}}
+        seen = {UNIT: RUNS._replace(restarts=1, active=active)}
         assert unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["running"] == seconds
 
 
@@ -91,7 +93,7 @@ def test_the_end_of_the_log_of_a_unit_that_does_not_run_is_shown(host: Path) -> 
     lines = ["the first", "\x1b[31mno port\x1b[0m", "k3 confirmed the stop", "starts again in 8 s"]
     journal(host, *[{"MESSAGE": one, "_SYSTEMD_UNIT": UNIT} for one in lines])
     for active, shown in (("active", ""), ("activating", " | ".join(["no port", *lines[2:]]))):
-        seen = {UNIT: {"restarts": 1, "active": active}}
+        seen = {UNIT: RUNS._replace(restarts=1, active=active)}
         found = unit_history.restarts(Home("test", str(host)), seen, 600.0)
         assert (found[UNIT]["log"], found[UNIT]["starting"]) == (shown, 0.0)
 
@@ -107,7 +109,7 @@ def test_a_first_start_that_takes_long_is_measured(host: Path) -> None:
     journal(host)
     left = (UP - 30) * 1e6
     program(host, "systemctl", f"printf 'Id=%s\\nInactiveExitTimestampMonotonic=%d\\n' {UNIT} {left:.0f}")
-    seen = {UNIT: {"restarts": 0, "active": "activating"}}
+    seen = {UNIT: RUNS._replace(restarts=0, active="activating")}
     assert unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["starting"] == 30.0
 
 
@@ -121,7 +123,7 @@ def test_a_restart_that_follows_a_new_master_does_not_count(host: Path) -> None:
 
 
 def test_the_journal_is_left_alone_where_nothing_restarted(host: Path) -> None:
-    seen = {UNIT: {"restarts": 0, "active": "active"}}
+    seen = {UNIT: RUNS._replace(restarts=0, active="active")}
     found = unit_history.restarts(Home("test", str(host)), seen, 600.0)
     assert not (host / "calls").exists()
     assert found[UNIT]["since"] == NOW - UP + 5
@@ -132,7 +134,7 @@ def test_the_time_before_the_current_release_does_not_count(host: Path) -> None:
     Path(home.path).mkdir(parents=True)
     Path(home.current_link).symlink_to("releases/a")
     journal(host, RESTARTED)
-    seen = {UNIT: {"restarts": 3, "active": "active"}}
+    seen = {UNIT: RUNS._replace(restarts=3, active="active")}
     found = unit_history.restarts(home, seen, 600.0)
     assert found[UNIT]["since"] == Path(home.current_link).lstat().st_mtime
     assert found[UNIT]["recent"] == 0
@@ -199,7 +201,7 @@ def test_a_skipped_unit_names_what_is_not_met(tmp_path: Path, monkeypatch: pytes
     printed = "\n".join((*shown, f"FragmentPath={unit}"))
     monkeypatch.setattr(systemd, "call", lambda command, timeout: printed)
 
-    assert systemd.states(["a.service"])["a.service"]["unmet"] == [f"ConditionPathExists={tmp_path}/away"]
+    assert systemd.states(["a.service"])["a.service"].unmet == [f"ConditionPathExists={tmp_path}/away"]
 
 
 @pytest.mark.parametrize(("looks", "starts"), [(3, True), (99, False)])

@@ -42,13 +42,10 @@ def test_a_change_is_confirmed_whatever_the_date(tmp_path: Path, dates: Dates) -
     change: dict[str, Any] = {"previous": OLD.digest, "start": [], "restart": ["koala.service"], "txid": TXID}
     assert host.apply(NEW, **change, confirm_within=100).answer
     dates.step()
-    assert 0 < host.observe()["transaction"]["left"] <= 100
+    assert 0 < host.observe().transaction.left <= 100
     dates.step()
     assert host.ask({"verb": "confirm", "swarm": "new", "txid": TXID}).answer == {"release": NEW.digest}
-    assert [one["next"] for one in host.ask({"verb": "history", "swarm": "new"}).answer["entries"]] == [
-        OLD.digest,
-        NEW.digest,
-    ]
+    assert [one.next for one in host.history()] == [OLD.digest, NEW.digest]
 
 
 def test_a_lease_lasts_as_long_whatever_the_date(tmp_path: Path, dates: Dates) -> None:
@@ -71,4 +68,4 @@ def test_the_last_three_releases_are_kept_whatever_the_date(tmp_path: Path, date
             dates.step()
         assert host.apply(release, previous=before, start=[]).answer
         before = release.digest
-    assert host.observe()["releases"] == sorted(one.digest for one in RELEASES[1:])
+    assert host.observe().releases == sorted(one.digest for one in RELEASES[1:])

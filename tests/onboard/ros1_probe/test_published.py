@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 from swarm_onboard.agent.errors import FailedError
-from swarm_onboard.agent.verbs.record import topics_here
+from swarm_onboard.agent.verbs.record import Request, topics_here
 from swarm_onboard.ros1_probe.published import published
 
 from tests.onboard.ros1_probe.ros_fakes import FakeRos, served
@@ -15,12 +13,12 @@ from tests.ports import free_port
 HOMES = {"192.168.77.10": "laptop", "laptop": "laptop", "192.168.77.11": "pi", "pi": "pi"}
 
 
-def request(master: str, host: str, patterns: tuple[str, ...] = ("*",), **declared: str) -> Any:
-    graph = {"master": master, "host": host, "hub": "laptop", "homes": HOMES}
-    return {
-        "patterns": patterns,
-        "graph": {**graph, "declared": {f"/{one}": declared[one] for one in declared}},
-    }
+def request(master: str, host: str, patterns: tuple[str, ...] = ("*",), **declared: str) -> Request:
+    return Request(
+        "new", "robot", [], list(patterns), 0.0,
+        module="", master=master, host=host, hub="laptop", homes=HOMES, nodes={}, awaited=[],
+        declared={f"/{one}": declared[one] for one in declared},
+    )  # fmt: skip
 
 
 def test_every_topic_is_that_of_one_host() -> None:

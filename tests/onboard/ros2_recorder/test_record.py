@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from swarm_onboard.agent.verbs.record import topics_here
+from swarm_onboard.agent.verbs.record import Request, topics_here
 from swarm_onboard.ros2_probe import endpoints, observe
 from swarm_onboard.ros2_recorder import record
 
@@ -32,9 +32,11 @@ ENDS = (
 )
 
 
-def request(host: str, *patterns: str) -> Any:
-    graph = {"host": host, "hub": "laptop", "nodes": NODES, "awaited": [*NODES], "declared": {}}
-    return {"swarm": "new", "patterns": patterns or ("*",), "graph": graph}
+def request(host: str, *patterns: str) -> Request:
+    return Request(
+        "new", "robot", [], list(patterns or ("*",)), 0.0,
+        module="", master="", host=host, hub="laptop", homes={}, nodes=NODES, awaited=[*NODES], declared={},
+    )  # fmt: skip
 
 
 @pytest.fixture(params=["fastdds", "another"])

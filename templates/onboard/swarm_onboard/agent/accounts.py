@@ -7,12 +7,11 @@ import re
 
 from . import command, files
 from .errors import FailedError, RefusedError
+from .named_tuple import NamedTuple
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Callable, Iterable
-
-    from .preparation_messages import AccountState
 
     Outside = Callable[[str], str]
 
@@ -22,18 +21,27 @@ _TIMEOUT = 60.0  # s
 _KEYS = ".ssh/authorized_keys"
 
 
+class AccountState(NamedTuple):
+    """``exists``; ``keys``: some key logs in to it; ``sudo``: runs all without a password; its ``groups``."""
+
+    exists: bool
+    keys: bool
+    sudo: bool
+    groups: list[str]
+
+
 def state(name: str, outside: Outside) -> AccountState:
     """Returns the account as the host's own databases have it."""
     home = _home(_checked(name))
     if home is None:
-        return {"exists": False, "keys": False, "sudo": False, "groups": []}
-    return {
-        "exists": True,
-        "keys": bool((files.read(outside(f"{home}/{_KEYS}")) or b"").strip()),
-        "sudo": name == "root"
-        or _RULE.search(command.output_of(["sudo", "-n", "-l", "-U", name])) is not None,
-        "groups": command.output_of(["id", "-nG", name]).split(),
-    }
+        return AccountState(False, False, False, [])
+    rules = "" if name == "root" else command.output_of(["sudo", "-n", "-l", "-U", name])
+    return AccountState(
+        True,
+        keys=bool((files.read(outside(f"{home}/{_KEYS}")) or b"").strip()),
+        sudo=name == "root" or _RULE.search(rules) is not None,
+        groups=command.output_of(["id", "-nG", name]).split(),
+    )
 
 
 def existing(groups: Iterable[str]) -> list[str]:

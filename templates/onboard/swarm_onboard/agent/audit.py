@@ -7,33 +7,48 @@ import time
 from contextlib import suppress
 
 from . import files, json_text
+from .named_tuple import NamedTuple
 from .record import Record
 from .release_store import Home
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from .history_messages import ChangeEntry
-
 KEPT = 200
+
+
+class ChangeEntry(NamedTuple):
+    """One change of the host. ``time``: of its clock, s since 1970; ``run``: of swarmctl, ``who`` began it;
+    ``previous`` and ``next``: releases, null for none; ``previous_secrets`` and ``next_secrets``: the names
+    of their sets of secrets; ``state``: applied; or undone, for the reason
+    ``error``; or forgotten, with the names of hosts that left the swarm in ``error``."""
+
+    time: float
+    txid: str
+    run: str
+    who: str
+    previous: str | None
+    next: str | None
+    previous_secrets: str
+    next_secrets: str
+    state: str
+    error: str
 
 
 def note(home: Home, done: Record) -> None:
     """Appends a change that has ended, on the disk once its record is. A full disk costs the line, not the
     change."""
-    entry: ChangeEntry = {
-        "time": round(time.time(), 3),
-        "txid": done.txid,
-        "run": done.run,
-        "who": done.who,
-        "previous": done.previous,
-        "next": done.next,
-        "previous_secrets": done.previous_secrets,
-        "next_secrets": done.next_secrets,
-        "state": done.state,
-        "error": done.error,
-    }
+    entry = ChangeEntry(
+        round(time.time(), 3),
+        done.txid,
+        done.run,
+        done.who,
+        done.previous,
+        done.next,
+        done.previous_secrets,
+        done.next_secrets,
+        done.state,
+        done.error,
+    )
     with suppress(OSError):
-        lines = [*_lines(home)[1 - KEPT :], json_text.dumps(entry)]
+        lines = [*_lines(home)[1 - KEPT :], json_text.dumps(entry._asdict())]
         files.replace(home.audit_file, ("\n".join(lines) + "\n").encode("utf-8"), named=False)
 
 
@@ -43,18 +58,18 @@ def entries(home: Home) -> list[ChangeEntry]:
     for line in _lines(home):
         with suppress(ValueError, LookupError, TypeError):
             raw = json_text.loads(line)
-            found[raw["txid"]] = {
-                "time": float(raw["time"]),
-                "txid": str(raw["txid"]),
-                "run": str(raw["run"]),
-                "who": str(raw["who"]),
-                "previous": _release(raw["previous"]),
-                "next": _release(raw["next"]),
-                "previous_secrets": str(raw.get("previous_secrets", "")),
-                "next_secrets": str(raw.get("next_secrets", "")),
-                "state": str(raw["state"]),
-                "error": str(raw["error"]),
-            }
+            found[raw["txid"]] = ChangeEntry(
+                float(raw["time"]),
+                str(raw["txid"]),
+                str(raw["run"]),
+                str(raw["who"]),
+                _release(raw["previous"]),
+                _release(raw["next"]),
+                str(raw.get("previous_secrets", "")),
+                str(raw.get("next_secrets", "")),
+                str(raw["state"]),
+                str(raw["error"]),
+            )
     return list(found.values())
 
 

@@ -10,18 +10,37 @@ from contextlib import suppress
 
 from . import disk, files, recorder, systemd, unit_start
 from .errors import FailedError
+from .named_tuple import NamedTuple
 from .paths import BAGS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Sequence
+    from typing import Literal, Sequence
 
-    from .recording_messages import RecordingAnswer
     from .release_store import Home
 
 SUFFIXES = (".bag", ".mcap", ".active")  # the last while it is written
 _STOPS_WITHIN = 60  # s
 _CODE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+class Recording(NamedTuple):
+    """The last recording: whether it ``runs``, and since when, s since 1970 by the clock of the host.
+
+    ``ended``: why it has, empty while it goes on, and if there never was one; `lost`: its process is gone, as
+    after a power cut. ``status`` and ``output``: exit status and last lines of a command that failed.
+    ``bags``: the size in bytes of each file in the folder of bags, of this recording and of earlier ones.
+    ``free``: bytes there.
+    """
+
+    runs: bool
+    began: float
+    topics: list[str]
+    ended: Literal["", "stopped", "time", "disk", "failed", "lost"]
+    status: int
+    output: str
+    bags: dict[str, int]
+    free: int
 
 
 def folder(home: Home) -> str:
@@ -66,27 +85,24 @@ def stop(home: Home) -> None:
         systemd.call(["systemctl", "stop", "--", unit(home)], _STOPS_WITHIN + 20)
 
 
-def state(home: Home) -> RecordingAnswer:
+def state(home: Home) -> Recording:
     """Returns how the recording is doing, and the bags of the host."""
     runs = bool(systemd.running([unit(home)]))
-    answer: RecordingAnswer = {
-        "runs": runs, "began": 0.0, "topics": [], "ended": "", "status": 0, "output": "",
-        "bags": {}, "free": 0,
-    }  # fmt: skip
+    found = Recording(runs, 0.0, [], "", 0, "", {}, 0)
     noted = files.read_json(os.path.join(folder(home), recorder.STATE))
     if isinstance(noted, dict):
-        answer.update({name: noted[name] for name in noted if name in answer})  # type: ignore[typeddict-item]
-        if not runs and not answer["ended"]:
-            answer["ended"] = "lost"
+        found = found._replace(**{name: noted[name] for name in noted if name in Recording._fields})
+        if not runs and not found.ended:
+            found = found._replace(ended="lost")
     with suppress(OSError):
-        answer["free"] = disk.free(folder(home))
+        found = found._replace(free=disk.free(folder(home)))
         for name in sorted(os.listdir(folder(home))):
             if name.endswith(SUFFIXES):
-                answer["bags"][name] = os.path.getsize(os.path.join(folder(home), name))
-    return answer
+                found.bags[name] = os.path.getsize(os.path.join(folder(home), name))
+    return found
 
 
-def wait_until_written(home: Home, before: Sequence[str], seconds: float) -> RecordingAnswer:
+def wait_until_written(home: Home, before: Sequence[str], seconds: float) -> Recording:
     """Returns the state once a bag is there that is not among those ``before``, or the recording has ended.
 
     Raises ``FailedError`` if neither happens within ``seconds``; the recording is stopped then.
@@ -94,13 +110,13 @@ def wait_until_written(home: Home, before: Sequence[str], seconds: float) -> Rec
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         found = state(home)
-        if not found["runs"] and found["ended"] == "lost":
+        if not found.runs and found.ended == "lost":
             raise FailedError(f"the recorder did not start: {unit_start.last_log(unit(home))}")
-        if not found["runs"] or set(found["bags"]) - set(before):
+        if not found.runs or set(found.bags) - set(before):
             return found
         time.sleep(0.2)
     stop(home)
-    output = state(home)["output"]
+    output = state(home).output
     raise FailedError(
         f"no bag was begun within {seconds:.0f} s{': ' if output else ''}{output}",
         "`swarmctl status SPEC` shows what its graph lacks",

@@ -34,7 +34,7 @@ def reload(home: Home, names: Sequence[str]) -> None:
         systemd.call(["udevadm", "settle", "--timeout=10"], 20)
     for name, (unit, verb) in _SERVICES.items():
         # One that is stopped reads its file when it starts; one that failed may have died of what is undone.
-        if name in names and systemd.states([unit])[unit]["active"] != "inactive":
+        if name in names and systemd.states([unit])[unit].active != "inactive":
             systemd.call(["systemctl", "reset-failed", "--", unit], 20)
             _again(unit, verb)
 

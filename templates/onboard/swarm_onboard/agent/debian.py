@@ -9,9 +9,9 @@ from .errors import RefusedError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Callable, Iterable, Sequence
+    from typing import Callable, Iterable, Literal, Sequence
 
-    from .preparation_messages import DebianState
+    DebianState = Literal["installed", "available", "unknown"]
 
 NAME = re.compile(r"[a-z0-9][a-z0-9.+-]{1,100}")
 _UPDATING, _INSTALLING = 600.0, 3600.0  # s

@@ -3,35 +3,39 @@
 from __future__ import annotations
 
 from . import edits, lock, record, system_links
+from .edits import Drift
 from .manifest import EMPTY, NAME, Manifest
+from .named_tuple import NamedTuple
 from .release_store import Home
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from .messages import Drift, Transaction
+
+class Transaction(NamedTuple):
+    """The last deploy: digests of the releases before and after it (null: none). ``state`` as in ``record``,
+    empty without one; ``left``: s until it is undone without a confirmation; ``error``: why it was undone."""
+
+    txid: str
+    state: str
+    who: str
+    previous: str | None
+    next: str | None
+    left: float
+    error: str
 
 
 def drift(home: Home, digest: str | None, manifest: Manifest | None) -> Drift:
     """Returns deviations from the current release; without one, or with a damaged manifest, what is left of
     it."""
     if digest is None or manifest is None:
-        return {
-            "files": {NAME: "damaged"} if manifest is None else {},
-            "links": system_links.link_deviations(home, {}),
-            "blocks": system_links.block_deviations(home, None, EMPTY),
-        }
+        return Drift(
+            {NAME: "damaged"} if manifest is None else {},
+            system_links.link_deviations(home, {}),
+            system_links.block_deviations(home, None, EMPTY),
+        )
     return edits.drift(home, digest, manifest)
 
 
 def last_change(home: Home) -> Transaction:
     """Returns the last change, as far as its record has it."""
     last = record.read(home, working=lambda: lock.holder(home) is not None)
-    return {
-        "txid": last.txid,
-        "state": last.state,
-        "who": last.who,
-        "previous": last.previous,
-        "next": last.next,
-        "left": round(last.left(home), 1),
-        "error": last.error,
-    }
+    left = round(last.left(home), 1)
+    return Transaction(last.txid, last.state, last.who, last.previous, last.next, left, last.error)

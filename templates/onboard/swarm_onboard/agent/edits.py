@@ -7,13 +7,12 @@ import os
 from . import blocks, files, system_links
 from .errors import RefusedError
 from .manifest import NAME, Manifest
+from .named_tuple import NamedTuple
 from .release_store import Home
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Iterator
-
-    from .messages import Drift
+    from typing import Iterator, Literal
 
 LONGEST = 16 << 20  # bytes of a file that is kept
 LONGEST_TEXT = 64 << 10  # bytes of a file that is sent to the operator
@@ -23,13 +22,21 @@ _CACHE = "__pycache__"
 _PRIVATE = b"PRIVATE KEY-----"
 
 
+class Drift(NamedTuple):
+    """Deviations from the manifest, by path."""
+
+    files: dict[str, Literal["changed", "missing", "extra", "damaged"]]
+    links: dict[str, Literal["changed", "missing", "extra", "foreign"]]
+    blocks: dict[str, Literal["changed", "missing", "extra", "broken"]]
+
+
 def drift(home: Home, digest: str, manifest: Manifest) -> Drift:
     """Returns how the host differs from the release."""
-    return {
-        "files": home.deviations(digest, manifest),
-        "links": system_links.link_deviations(home, manifest.links),
-        "blocks": system_links.block_deviations(home, digest, manifest),
-    }
+    return Drift(
+        home.deviations(digest, manifest),
+        system_links.link_deviations(home, manifest.links),
+        system_links.block_deviations(home, digest, manifest),
+    )
 
 
 def found(home: Home, digest: str, manifest: Manifest, known: Drift) -> tuple[dict[str, str], dict[str, str]]:
@@ -84,14 +91,14 @@ def keep(home: Home, digest: str, manifest: Manifest) -> list[str]:
 
 
 def _edited(home: Home, digest: str, manifest: Manifest, known: Drift) -> Iterator[tuple[str, bytes]]:
-    for path, state in known["files"].items():
+    for path, state in known.files.items():
         if state not in ("changed", "extra") or path == NAME or _CACHE in path.split("/"):
             continue
         content = _content(os.path.join(home.release(digest), path))
         entry = manifest.files.get(path)
         if content is not None and (entry is None or files.digest_of(content) != entry.sha256):
             yield path, content
-    for path, change in known["blocks"].items():
+    for path, change in known.blocks.items():
         if change == "changed":
             text = blocks.text_in(files.read(home.outside(path)) or b"", home.swarm)
             if text is not None:

@@ -6,35 +6,40 @@ import os
 import subprocess
 
 from .clip import clipped
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from .probe_messages import ImageAnswer, ImageRequest
+from .named_tuple import NamedTuple
 
 _TIMEOUT = 10.0  # s
 _UNKNOWN = ("image not known", "no such image")  # as podman and docker write it
 
 
-def look(request: ImageRequest) -> ImageAnswer:
-    """Returns what the engine has of an image. ``error``: why that is not known."""
-    command = [request["engine"], "image", "inspect", "--format", "{{.Architecture}}", request["image"]]
-    answer: ImageAnswer = {"there": False, "built_for": "", "machine": os.uname().machine, "error": ""}
+class Image(NamedTuple):
+    """What an engine has of an image. ``built_for``: its architecture, as Go names it; ``machine``: the
+    host's; ``error``: why nothing is known.
+    """
+
+    there: bool
+    built_for: str
+    machine: str
+    error: str
+
+
+def look(engine: str, image: str) -> Image:
+    """Returns what ``engine`` has of an image, which is named by its digest."""
+    found = Image(False, "", os.uname().machine, "")
+    command = [engine, "image", "inspect", "--format", "{{.Architecture}}", image]
     try:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_TIMEOUT, check=False
         )
     except subprocess.TimeoutExpired:
-        answer["error"] = f"{command[0]} did not answer within {_TIMEOUT:g} s"
-        return answer
+        return found._replace(error=f"{engine} did not answer within {_TIMEOUT:g} s")
     except OSError as error:
-        answer["error"] = f"{command[0]} cannot be run: {error.strerror}"
-        return answer
-    complaint = done.stderr.decode("utf-8", "replace").strip()
+        return found._replace(error=f"{engine} cannot be run: {error.strerror}")
     if done.returncode == 0:
-        answer["there"], answer["built_for"] = (
-            True,
-            clipped(done.stdout.decode("utf-8", "replace").strip(), 40),
+        return found._replace(
+            there=True, built_for=clipped(done.stdout.decode("utf-8", "replace").strip(), 40)
         )
-    elif not any(one in complaint.lower() for one in _UNKNOWN):
-        answer["error"] = clipped(" ".join(complaint.split()) or f"status {done.returncode}", 300)
-    return answer
+    complaint = " ".join(done.stderr.decode("utf-8", "replace").split())
+    if any(one in complaint.lower() for one in _UNKNOWN):
+        return found
+    return found._replace(error=clipped(complaint or f"status {done.returncode}", 300))

@@ -18,9 +18,14 @@ from .release_store import Home
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Iterator
+    from typing import Iterator, Protocol
 
-    from .messages import Locking
+    class Leasing(lock.Locking, Protocol):
+        """A request that changes the host. ``run``: the run of swarmctl that has the lease, or empty."""
+
+        @property
+        def run(self) -> str: ...
+
 
 SECONDS = 60.0  # the runner renews a lease three times in that time
 
@@ -72,13 +77,13 @@ def give_back(home: Home, run: str) -> Lease:
 
 
 @contextmanager
-def held_for(home: Home, request: Locking) -> Iterator[None]:
+def held_for(home: Home, request: Leasing) -> Iterator[None]:
     """Holds the lock for a request that changes the host. Raises ``RefusedError`` without the lease.
 
     A request that names no ``run`` needs none, but is refused while there is one.
     """
     with lock.held_for(home, request):
-        run = str(request.get("run", ""))
+        run = str(request.run)
         found = read(home)
         if run and (found.run != run or found.boot_id != boot.identity(home)):
             raise RefusedError(

@@ -13,9 +13,16 @@ from .release_store import Home, unwritable
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ContextManager, Iterator
+    from typing import ContextManager, Iterator, Protocol
 
-    from .messages import Locking
+    class Locking(Protocol):
+        """A request that needs the lock. ``who`` sends it, for whoever finds the host locked; ``wait``: s to
+        wait for another holder."""
+
+        @property
+        def who(self) -> str: ...
+        @property
+        def wait(self) -> float: ...
 
 
 _AGAIN = 0.02  # s between attempts: the recovery process looks at the record for less than that
@@ -27,12 +34,12 @@ def _path(home: Home) -> str:
 
 def held_for(home: Home, request: Locking) -> ContextManager[None]:
     """Holds the lock for the operator of ``request``, and waits for it as requested, at most 60 s."""
-    return held(home, operator_in(request), min(float(request.get("wait", 2)), 60))
+    return held(home, operator_in(request), min(float(request.wait), 60))
 
 
 def operator_in(request: Locking) -> str:
     """Returns who sends the request, as text for people."""
-    return str(request.get("who", ""))[:200]
+    return str(request.who)[:200]
 
 
 @contextmanager

@@ -29,13 +29,21 @@ def serve(nonce: str) -> None:
         except UploadEndedError as error:
             interrupted = getattr(_verb(error.request), "interrupted", None)
             if interrupted is not None:
-                interrupted(error.request, error.received)
+                interrupted(_typed(error.request), error.received)
             raise
 
 
 def _handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str, Any]:
-    answer: dict[str, Any] = _verb(request).handle(request, payload, report)
-    return answer
+    answer: Any = _verb(request).handle(_typed(request), payload, report)
+    found: dict[str, Any] = answer._asdict() if hasattr(answer, "_asdict") else answer
+    return found
+
+
+def _typed(request: dict[str, Any]) -> Any:
+    """The request as a value of its verb's type."""
+    verb = _verb(request)
+    fields = {name: value for name, value in request.items() if name not in ("verb", "payload")}
+    return verb.Request(**fields) if hasattr(verb, "Request") else request
 
 
 def _verb(request: dict[str, Any]) -> Any:

@@ -80,7 +80,7 @@ def release_name(value: Any) -> str:
 
 def unit_names(values: Any) -> list[str]:
     """Returns ``values`` if they are names of the swarm's units. Raises ``RefusedError``."""
-    _require(isinstance(values, list), f"units {values!r}")
+    _require(isinstance(values, (list, tuple)), f"units {values!r}")
     for value in values:
         _require(_is_unit(value), f"unit {value!r}")
     return list(values)
@@ -88,7 +88,7 @@ def unit_names(values: Any) -> list[str]:
 
 def secret_names(values: Any) -> list[str]:
     """Returns ``values`` if they are names of secrets. Raises ``RefusedError``."""
-    _require(isinstance(values, list), f"secrets {values!r}")
+    _require(isinstance(values, (list, tuple)), f"secrets {values!r}")
     for value in values:
         _require(_is_secret(value), f"secret {value!r}")
     return list(values)

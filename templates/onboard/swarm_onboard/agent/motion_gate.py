@@ -6,18 +6,24 @@ import time
 
 from . import maintenance_terms, robot_motion, stop_latches
 from .errors import RefusedError
+from .named_tuple import NamedTuple
 from .release_store import Home
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Callable, Iterable, Mapping
 
-    from .motion_messages import RobotUse
-
 _LOOK = 1.0  # s for drivers to answer, and for wheels to be confirmed to stand
 _STOP = 3.0  # s for robots to stand
 _NOBODY = ("", "nobody")  # what drivers and gates answer without a commander
 _HINT = "stop them with `swarmctl stop`, or use --stop-robots; they then stand until `swarmctl start`"
+
+
+class RobotUse(NamedTuple):
+    """``why`` a robot counts as in use, as the end of a sentence about it; its ``commander``, or empty."""
+
+    why: str
+    commander: str
 
 
 def robots_of(home: Home, units: Iterable[str]) -> list[str]:
@@ -71,7 +77,7 @@ def in_use(home: Home, robots: Iterable[str]) -> dict[str, RobotUse]:
         commander = _commander(answer)
         why = _commanded_by(commander) if commander else _why(answer)
         if why and not answer.get("held"):
-            found[robot] = {"why": why, "commander": commander}
+            found[robot] = RobotUse(why, commander)
     return found
 
 

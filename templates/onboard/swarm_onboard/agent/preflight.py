@@ -10,8 +10,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Callable, Iterable, Literal
 
-    from .messages import Prepared
-
     Outside = Callable[[str], str]
 
 _FOLDERS = ("/usr/sbin", "/usr/bin", "/sbin", "/bin")
@@ -25,14 +23,9 @@ def found(wants: Iterable[str], outside: Outside) -> dict[str, str | None]:
     return {name: _program(name, outside) for name in names}
 
 
-def standing(has: dict[str, str | None], outside: Outside) -> Prepared:
-    """Returns the state of what the programs in ``has`` manage."""
-    states: Prepared = {}
-    if "chronyd" in has:
-        states["clock"] = clock()
-    if "iw" in has:
-        states["power_save"] = {name: _power_save(has["iw"], name) for name in wireless(outside)}
-    return states
+def power_save(iw: str | None, outside: Outside) -> dict[str, str]:
+    """Returns whether each wireless interface has power saving `on` or `off`; ``iw``: the program."""
+    return {name: _power_save(iw, name) for name in wireless(outside)}
 
 
 def _program(name: str, outside: Outside) -> str | None:

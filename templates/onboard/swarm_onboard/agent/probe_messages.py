@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Literal, TypedDict
 
-from .messages import Drift, Transaction, UnitState
+from .edits import Drift
+from .images import Image
 
 
 class ListenRequest(TypedDict):
@@ -37,24 +38,6 @@ class EndsRequest(TypedDict):
     provides: list[str]
 
 
-class ImageRequest(TypedDict):
-    """The image of a container, by its digest, and what runs it."""
-
-    engine: str
-    image: str
-
-
-class ImageAnswer(TypedDict):
-    """``built_for``: its architecture, as Go names it; ``machine``: the host's; ``error``: why nothing is
-    known.
-    """
-
-    there: bool
-    built_for: str
-    machine: str
-    error: str
-
-
 class ProbeRequest(TypedDict):
     """The state of the host's part of the swarm, without changing or joining anything.
 
@@ -68,7 +51,8 @@ class ProbeRequest(TypedDict):
     this one connect; ``provides``: services and actions that nodes of this host should have; ``graph``: null
     on one island; ``launched``: units whose nodes are to be found, each with what these have, and the seconds
     to listen to that (0: not at all); ``advertised``: the host in the URIs of this
-    host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by unit;
+    host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by unit,
+    each with its engine;
     ``checks``: modules of swarm_onboard.host_checks; ``clock``: s to listen to the clock of simulated time, 0
     where time is not simulated, null where the host runs no master; ``pings``: addresses of other hosts, with
     the s for which they are pinged; ``requires``: what the units of the release need to start.
@@ -93,7 +77,7 @@ class ProbeRequest(TypedDict):
     launched: dict[str, dict[str, float]]
     advertised: str
     restart_window: float
-    images: dict[str, ImageRequest]
+    images: dict[str, tuple[str, str]]
     checks: list[str]
     clock: float | None
     pings: dict[str, float]
@@ -339,9 +323,19 @@ class HistoryAnswer(TypedDict):
     log: str
 
 
-class ProbedUnit(UnitState, total=False):
-    """``restarted``: how often while the probe looked."""
+class ProbedUnit(TypedDict):
+    """A unit, as ``systemd.UnitState``."""
 
+    load: str
+    active: str
+    sub: str
+    result: str
+    text: str
+    pid: int
+    restarts: int
+    skipped: bool
+    unmet: list[str]
+    unenforced: bool
     restarted: int
 
 
@@ -373,9 +367,16 @@ class LatchAnswer(TypedDict):
     since: float
 
 
-class ChangeAnswer(Transaction):
-    """The last change, and who holds the lock now (null: nobody)."""
+class ChangeAnswer(TypedDict):
+    """The last change, as ``deployed.Transaction``, and who holds the lock now (null: nobody)."""
 
+    txid: str
+    state: str
+    who: str
+    previous: str | None
+    next: str | None
+    left: float
+    error: str
     holder: str | None
 
 
@@ -393,7 +394,7 @@ class ProbeAnswer(GraphAnswer, total=False):
     history: dict[str, HistoryAnswer] | None
     stopped: dict[str, list[str]] | None
     environments: dict[str, list[str]] | None
-    images: dict[str, ImageAnswer] | None
+    images: dict[str, Image] | None
     devices: dict[str, DeviceAnswer] | None
     latches: dict[str, LatchAnswer] | None
     change: ChangeAnswer | None

@@ -9,9 +9,10 @@ from .clip import clipped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, Iterable, Mapping, Sequence
+    from typing import Iterable, Mapping, Sequence
 
     from .release_store import Home
+    from .systemd import UnitState
 
 FILE = environment_file.ROS
 #: The variables with which nodes find each other, by the version of ROS.
@@ -26,7 +27,7 @@ NAMES = {
 }
 
 
-def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> dict[str, list[str]]:
+def differences(home: Home, units: Mapping[str, UnitState], proc: str = "/proc") -> dict[str, list[str]]:
     """Returns by unit what differs, in words; nothing of what cannot be read. ``units``: their states."""
     content = files.read(f"{home.current_link}/{FILE}")
     if content is None:
@@ -37,7 +38,7 @@ def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> di
     found: dict[str, list[str]] = {}
     for unit, state in units.items():
         with suppress(OSError):  # it has ended
-            pid = state["pid"]
+            pid = state.pid
             text = files.read(f"{proc}/{pid}/environ") if pid else None
             if text:
                 seen = dict(

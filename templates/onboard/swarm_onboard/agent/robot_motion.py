@@ -8,19 +8,35 @@ import time
 from contextlib import ExitStack, suppress
 
 from . import json_text
+from .named_tuple import NamedTuple
 from .release_store import Home
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     import socket
-    from typing import Any, Callable, Iterable, Mapping
-
-    from .motion_messages import RobotMotion
+    from typing import Any, Callable, Iterable, Literal, Mapping
 
 SOCKET = "motion"
 GATE = "gate"
 _AGAIN = 0.02  # s between two questions
 _LONGEST = 8192  # bytes of an answer
+
+
+class RobotMotion(NamedTuple):
+    """What is known of one robot, s since the request began.
+
+    ``latched``: it stays so until ``start``; ``runs``: its driver or gate answered. ``proof``: `wheels` stand
+    by their counters, or the robot by the `odometry` of its driver; it `confirmed` the zero, the zero was
+    `sent`, or `none`; ``seconds``: when, 0 if before the request; ``commander``: who commanded it then;
+    ``trouble``: why there is no more proof.
+    """
+
+    latched: bool
+    runs: bool
+    proof: Literal["wheels", "odometry", "confirmed", "sent", "none"] = "none"
+    seconds: float | None = None
+    commander: str = ""
+    trouble: str = ""
 
 
 def sockets(home: Home) -> dict[str, str]:
@@ -74,35 +90,29 @@ def ask(
 def motion(robot_answer: Mapping[str, Any] | None, began: float, *, latched: bool) -> RobotMotion:
     """Returns what an answer says of a robot; none: its driver did not answer."""
     if robot_answer is None:
-        return {
-            "latched": latched,
-            "runs": False,
-            "proof": "none",
-            "seconds": None,
-            "commander": "",
-            "trouble": "its driver does not run, or does not answer",
-        }
+        return RobotMotion(latched, False, trouble="its driver does not run, or does not answer")
     still, zero = robot_answer.get("still_since"), robot_answer.get("zero_at")
-    held = bool(robot_answer.get("held"))
-    trouble = str(robot_answer.get("trouble", ""))
     moment = still if still is not None else zero
-    found: RobotMotion = {
-        "latched": latched,
-        "runs": True,
-        "proof": "none",
-        "seconds": None if moment is None else round(max(0.0, float(moment) - began), 3),
-        "commander": str(robot_answer.get("commander", "")),
-        "trouble": trouble,
-    }
-    if latched and not held:
-        found["trouble"] = trouble or "its driver has not seen the latch: is it of an older release?"
-    elif still is not None:
-        found["proof"] = "odometry" if robot_answer.get("by") == "odometry" else "wheels"
-    elif zero is not None:
-        found["proof"] = "confirmed" if robot_answer.get("confirms") else "sent"
-        found["trouble"] = trouble or (
+    trouble = str(robot_answer.get("trouble", ""))
+    found = RobotMotion(
+        latched,
+        True,
+        seconds=None if moment is None else round(max(0.0, float(moment) - began), 3),
+        commander=str(robot_answer.get("commander", "")),
+        trouble=trouble,
+    )
+    if latched and not robot_answer.get("held"):
+        return found._replace(
+            trouble=trouble or "its driver has not seen the latch: is it of an older release?"
+        )
+    if still is not None:
+        return found._replace(proof="odometry" if robot_answer.get("by") == "odometry" else "wheels")
+    if zero is not None:
+        measured = (
             "its wheels still turned" if robot_answer.get("measured") else "its wheels are not measured"
         )
+        found = found._replace(trouble=trouble or measured)
+        return found._replace(proof="confirmed" if robot_answer.get("confirms") else "sent")
     return found
 
 

@@ -10,8 +10,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Sequence
 
-    from .messages import UnitState
-
 _LOOK_EVERY = 0.25  # s, at least
 
 
@@ -25,7 +23,7 @@ def trouble(units: Sequence[str], seconds: float, within: float) -> str:
         states, ages = systemd.states(units), systemd.active_for(units)
         waits = {unit: _wait(state, ages[unit], seconds) for unit, state in states.items()}
         longest = max(waits.values(), default=0.0)
-        failed = [unit for unit, state in states.items() if state["active"] == "failed"]
+        failed = [unit for unit, state in states.items() if state.active == "failed"]
         if longest <= 0:
             return ""
         left = end - time.monotonic()
@@ -34,12 +32,12 @@ def trouble(units: Sequence[str], seconds: float, within: float) -> str:
         time.sleep(min(max(_LOOK_EVERY, min(longest, seconds)), max(left, _LOOK_EVERY)))
 
 
-def _wait(state: UnitState, age: float, seconds: float) -> float:
+def _wait(state: systemd.UnitState, age: float, seconds: float) -> float:
     """Returns the s for which a unit must still run."""
-    if state["active"] in unit_start.STARTED:
+    if state.active in unit_start.STARTED:
         return seconds - age
-    ended = state["active"] == "inactive" and state["result"] in ("", "success")
-    return 0.0 if ended or state["skipped"] else seconds
+    ended = state.active == "inactive" and state.result in ("", "success")
+    return 0.0 if ended or state.skipped else seconds
 
 
 def _named(units: Sequence[str], within: float) -> str:

@@ -9,27 +9,38 @@ import time
 from . import conditions
 from .clip import clipped
 from .errors import FailedError, TimedOutError
+from .named_tuple import NamedTuple
 from .release_store import Home
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, Sequence
+    from typing import Sequence
 
-    from .messages import UnitState
-
-_FIELDS = {
-    "ActiveState": "active",
-    "SubState": "sub",
-    "LoadState": "load",
-    "Result": "result",
-    "StatusText": "text",
-}
-_NUMBERS = {"MainPID": "pid", "NRestarts": "restarts"}
+_STATE = ("Id", "LoadState", "ActiveState", "SubState", "Result", "StatusText", "MainPID", "NRestarts")
 _RESTART_RECORDS = "/run/swarm-restarts"  # of bin/restart-delay
 _CONDITION = ("ConditionResult", "ConditionTimestampMonotonic")
 _ADDRESSES = ("IPAddressDeny", "IPAccounting", "IPIngressBytes")
 _ANSWERS_WITHIN = 10.0  # s
 _NOT_COUNTED = ("[no data]", str(2**64 - 1))  # by the version of systemctl
+
+
+class UnitState(NamedTuple):
+    """A systemd unit as ``systemctl show`` reports it. ``skipped``: it does not run, as a condition of the
+    unit was checked and not met; ``unmet``: those that are not met now, as its file has them, such as
+    ``ConditionPathExists=/sys/class/bluetooth/hci0``. ``unenforced``: it runs, and systemd does not enforce
+    its ``IPAddressDeny=``; ``restarted``: how often while it was probed."""
+
+    load: str
+    active: str
+    sub: str
+    result: str
+    text: str
+    pid: int
+    restarts: int
+    skipped: bool
+    unmet: list[str]
+    unenforced: bool
+    restarted: int = 0
 
 
 def present(home: Home) -> bool:
@@ -62,31 +73,36 @@ def call(command: Sequence[str], timeout: float) -> str:
 
 
 def states(units: Sequence[str]) -> dict[str, UnitState]:
-    """Returns the state of each unit: load, active and sub state, main process, restarts, the last result.
-
-    ``skipped``: it does not run because a condition of the unit was checked and not met; ``unmet`` are those
-    that are not met now, as its file has them. ``unenforced``: it runs with a list of IP addresses that
-    systemd does not enforce.
-    """
-    wanted = ("Id", *_FIELDS, *_NUMBERS, *_CONDITION, *_ADDRESSES)
-    found: dict[str, UnitState] = {}
-    for unit, values in properties(units, wanted).items():
-        state: Any = {short: values.get(name, "") for name, short in _FIELDS.items()}
-        state["text"] = clipped(state["text"])  # written by the unit itself
-        state.update({short: int(values.get(name) or 0) for name, short in _NUMBERS.items()})
-        met, looked = (values.get(name, "") for name in _CONDITION)
-        unmet = met == "no" and looked not in ("", "0")
-        state["skipped"] = state["active"] == "inactive" and (unmet or state["result"] == "exec-condition")
-        state["unmet"] = []
-        denied, counts, received = (values.get(name, "") for name in _ADDRESSES)
-        # The BPF program that enforces the list counts the bytes, too.
-        filtered = not denied or counts != "yes" or received not in _NOT_COUNTED
-        state["unenforced"] = state["pid"] != 0 and not filtered
-        found[unit] = state
-    skipped = [unit for unit, state in found.items() if state["skipped"]]
+    """Returns the state of each unit."""
+    found = {
+        unit: _state(values)
+        for unit, values in properties(units, (*_STATE, *_CONDITION, *_ADDRESSES)).items()
+    }
+    skipped = [unit for unit, state in found.items() if state.skipped]
     for unit, values in properties(skipped, ("Id", "FragmentPath")).items():
-        found[unit]["unmet"] = conditions.unmet(values.get("FragmentPath", ""))
+        found[unit] = found[unit]._replace(unmet=conditions.unmet(values.get("FragmentPath", "")))
     return found
+
+
+def _state(values: dict[str, str]) -> UnitState:
+    _, load, active, sub, result, text, pid, restarts = (values.get(name, "") for name in _STATE)
+    met, looked = (values.get(name, "") for name in _CONDITION)
+    unmet = met == "no" and looked not in ("", "0")
+    denied, counts, received = (values.get(name, "") for name in _ADDRESSES)
+    # The BPF program that enforces the list counts the bytes, too.
+    filtered = not denied or counts != "yes" or received not in _NOT_COUNTED
+    return UnitState(
+        load,
+        active,
+        sub,
+        result,
+        clipped(text),  # written by the unit itself
+        int(pid or 0),
+        int(restarts or 0),
+        skipped=active == "inactive" and (unmet or result == "exec-condition"),
+        unmet=[],
+        unenforced=int(pid or 0) != 0 and not filtered,
+    )
 
 
 def properties(units: Sequence[str], names: Sequence[str]) -> dict[str, dict[str, str]]:
@@ -112,13 +128,13 @@ def active_for(units: Sequence[str]) -> dict[str, float]:
 def running(units: Sequence[str]) -> list[str]:
     """Returns those of ``units`` that run or start."""
     known = states(units)
-    return [unit for unit in units if known[unit]["active"] not in ("inactive", "failed")]
+    return [unit for unit in units if known[unit].active not in ("inactive", "failed")]
 
 
 def stop(units: Sequence[str]) -> None:
     """Stops units together; a unit unknown to systemd counts as stopped."""
     known = states(units)
-    loaded = [u for u in units if known[u]["load"] != "not-found" or known[u]["active"] != "inactive"]
+    loaded = [u for u in units if known[u].load != "not-found" or known[u].active != "inactive"]
     if loaded:
         call(["systemctl", "stop", "--", *loaded], 90)
 
@@ -137,7 +153,7 @@ def journal(unit: str, since: float) -> str:
 
 def forget(units: Sequence[str]) -> None:
     """Resets failed units that no longer exist, which systemd lists otherwise, and how often units ended."""
-    failed = [unit for unit, state in states(units).items() if state["active"] == "failed"]
+    failed = [unit for unit, state in states(units).items() if state.active == "failed"]
     if failed:
         call(["systemctl", "reset-failed", "--", *failed], 20)
     for unit in units:

@@ -29,6 +29,7 @@ from .errors import FailedError, RefusedError
 from .failpoint import passed
 from .kept_state import State
 from .manifest import Manifest
+from .named_tuple import NamedTuple
 from .record import Record
 from .release_store import Home
 from .rpc import Report
@@ -37,10 +38,15 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Sequence
 
-    from .messages import ApplyAnswer, ConfirmAnswer
+
+class Applied(NamedTuple):
+    """The new release, and the one before."""
+
+    release: str
+    previous: str | None
 
 
-def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnswer:
+def run(home: Home, change: Change, payload: bytes, report: Report) -> Applied:
     """Carries the change out; the lock is held. Raises ``FailedError`` after having gone back."""
     home.check_current()
     secrets.check(home)
@@ -63,7 +69,7 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
     system_links.check(home, manifest)
     if change.files_only:
         file_switch.switch(home, change, manifest, before, report)
-        return {"release": change.next, "previous": current}
+        return Applied(change.next, current)
     begun = _prepared(home, change, manifest, before, report)
     try:
         record.write(home, begun)
@@ -77,11 +83,11 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
         raise _undone(home, begun, error, report) from error
     if not change.confirm_within:
         closing.keep(home, begun)
-    return {"release": change.next, "previous": begun.previous}
+    return Applied(change.next, begun.previous)
 
 
-def confirm(home: Home, txid: str) -> ConfirmAnswer:
-    """Makes the pending change ``txid`` the one that stays; the lock is held.
+def confirm(home: Home, txid: str) -> str:
+    """Makes the pending change ``txid`` the one that stays; the lock is held. Returns its release.
 
     Confirming twice is not an error. Raises ``RefusedError`` for another change, ``FailedError`` for one that
     was undone.
@@ -97,7 +103,7 @@ def confirm(home: Home, txid: str) -> ConfirmAnswer:
         closing.keep(home, found)
     elif found.state != record.APPLIED:
         raise FailedError(found.error)
-    return {"release": found.next or ""}
+    return found.next or ""
 
 
 def finished(home: Home) -> Record:

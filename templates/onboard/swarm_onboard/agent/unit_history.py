@@ -34,7 +34,7 @@ def stopped(units: Sequence[str]) -> dict[str, list[str]]:
     }
 
 
-def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) -> dict[str, dict[str, Any]]:
+def restarts(home: Home, units: Mapping[str, systemd.UnitState], window: float) -> dict[str, dict[str, Any]]:
     """For each unit: ``recent`` restarts, how it ended last (``exit``), and ``since`` when that counts.
     ``rejoined``: other restarts, since its last start by hand, that followed a new ROS master.
 
@@ -44,24 +44,24 @@ def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) 
     the log of a unit that does not run.
     """
     begin = _begin(home, window)
-    troubled = [unit for unit, state in units.items() if state["restarts"] or state["active"] == "failed"]
+    troubled = [unit for unit, state in units.items() if state.restarts or state.active == "failed"]
     found = unit_journal.restarts(troubled, begin) if troubled else {}
     nothing = unit_journal.Restarts([], "", 0)
-    starts = _times([unit for unit in units if not units[unit]["restarts"]], _BEGAN)
-    again = [unit for unit in troubled if units[unit]["active"] == "active"]
+    starts = _times([unit for unit in units if not units[unit].restarts], _BEGAN)
+    again = [unit for unit in troubled if units[unit].active == "active"]
     active = _times(again, _ACTIVE) if again else {}
-    away = [unit for unit, state in units.items() if state["active"] in ("activating", "failed")]
+    away = [unit for unit, state in units.items() if state.active in ("activating", "failed")]
     logs = {unit: unit_start.last_log(unit, _LINES, _LONGEST) for unit in away[:_MOST_LOGS]}
     now = time.time()
     return {
         unit: {
-            "recent": min(state["restarts"], len(found.get(unit, nothing).times)),
-            "rejoined": min(state["restarts"], found.get(unit, nothing).rejoined),
+            "recent": min(state.restarts, len(found.get(unit, nothing).times)),
+            "rejoined": min(state.restarts, found.get(unit, nothing).rejoined),
             "exit": found.get(unit, nothing).exit,
             "since": max(begin, starts.get(unit, begin)),
             "running": round(max(0.0, now - active.get(unit, now)), 1),
             "starting": round(max(0.0, now - starts[unit]), 1)
-            if state["active"] == "activating" and unit in starts
+            if state.active == "activating" and unit in starts
             else 0.0,
             "log": logs.get(unit, ""),
         }

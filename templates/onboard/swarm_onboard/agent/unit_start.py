@@ -13,8 +13,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Sequence
 
-    from .messages import UnitState
-
 STARTED = ("active", "reloading")
 AGAIN, _LOOK_EVERY = 15.0, 0.5  # s
 _LINES, _LONGEST = 12, 900  # of the log, lines and characters: roscore logs six lines while it ends
@@ -38,20 +36,20 @@ def start(units: Sequence[str]) -> None:
         trouble = error.message
     seen = _after_attempts(units) if trouble else systemd.states(units)
     unwell = ("failed", "activating") if trouble else ("failed",)
-    broken = [unit for unit, state in seen.items() if state["active"] in unwell]
+    broken = [unit for unit, state in seen.items() if state.active in unwell]
     if broken:
         log = last_log(broken[0])
         raise FailedError("{} did not start{}".format(", ".join(broken), f": {log}" if log else ""))
-    if trouble and not all(state["active"] in STARTED or state["skipped"] for state in seen.values()):
+    if trouble and not all(state.active in STARTED or state.skipped for state in seen.values()):
         raise FailedError(trouble)
 
 
-def _after_attempts(units: Sequence[str]) -> dict[str, UnitState]:
+def _after_attempts(units: Sequence[str]) -> dict[str, systemd.UnitState]:
     """The states of units once none is being started, or after ``AGAIN`` s."""
     end = time.monotonic() + AGAIN
     while True:
         seen = systemd.states(units)
-        if not any(state["active"] == "activating" for state in seen.values()) or time.monotonic() > end:
+        if not any(state.active == "activating" for state in seen.values()) or time.monotonic() > end:
             return seen
         time.sleep(_LOOK_EVERY)
 

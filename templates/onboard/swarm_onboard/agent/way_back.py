@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from . import secrets
 from .manifest import release_name
+from .named_tuple import NamedTuple
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .history_messages import UnitsBack
     from .release_store import Home
+
+
+class UnitsBack(NamedTuple):
+    """The units that a rollback stops, starts, restarts and reloads."""
+
+    stop: list[str]
+    start: list[str]
+    restart: list[str]
+    reload: list[str]
 
 
 def units(home: Home, release: str, chosen: str) -> UnitsBack:
@@ -28,9 +37,9 @@ def units(home: Home, release: str, chosen: str) -> UnitsBack:
         if before[unit].get("fixed", "") == after[unit].get("fixed")
         and not others & set(after[unit].get("secrets", ()))
     ]
-    return {
-        "stop": [unit for unit in before if unit not in after],
-        "start": [unit for unit in after if unit not in before],
-        "restart": [unit for unit in changed if unit not in reload],
-        "reload": reload,
-    }
+    return UnitsBack(
+        stop=[unit for unit in before if unit not in after],
+        start=[unit for unit in after if unit not in before],
+        restart=[unit for unit in changed if unit not in reload],
+        reload=reload,
+    )

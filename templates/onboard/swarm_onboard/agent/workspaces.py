@@ -10,9 +10,9 @@ from .errors import RefusedError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Callable, Sequence
+    from typing import Callable, Literal, Sequence
 
-    from .preparation_messages import WorkspaceState
+    WorkspaceState = Literal["built", "sources", "absent"]
 
 
 def state(path: str, outside: Callable[[str], str]) -> WorkspaceState:

@@ -41,9 +41,9 @@ def _lacks(home: Home, last: Record) -> Iterator[str]:
     entries = audit.entries(home)
     if len(entries) >= audit.KEPT:
         return
-    if last.txid not in {one["txid"] for one in entries}:
+    if last.txid not in {one.txid for one in entries}:
         yield f"the last one, by {last.who}"
-    deployed = {one["next"] for one in entries if one["state"] == record.APPLIED}
+    deployed = {one.next for one in entries if one.state == record.APPLIED}
     for release in dict.fromkeys(state.release for state in last.history):
         if release not in deployed and release != last.next:
             yield f"that to release {release}"

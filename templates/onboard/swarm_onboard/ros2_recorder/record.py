@@ -15,35 +15,34 @@ from swarm_onboard.ros2_probe.child_environment import UDP
 from swarm_onboard.ros2_probe.look import joined
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.recording_messages import RecordRequest
+    from swarm_onboard.agent.verbs.record import Request
 
 _OF_NODES = ("/rosout", "/parameter_events")  # of every node
 _FLUSH_EVERY = 1.0  # s, and looks at the graph
 _TURN = 0.1  # s of receiving between two looks at the clock
 
 
-def published(request: RecordRequest) -> dict[str, set[str]]:
+def published(request: Request) -> dict[str, set[str]]:
     """Returns the hosts of the nodes that publish each topic; an empty text for a node whose host is unknown.
 
     Hidden topics and those of every node are left out unless ``patterns`` has their names. Raises
     ``FailedError`` if no node of this host can join the graph.
     """
-    wanted = request["graph"]
     probe: Any = {
-        "swarm": request["swarm"],
+        "swarm": request.swarm,
         "nodes": [], "peers": [], "launched": {}, "commands": [], "command_types": [], "publishers": {},
         "provides": [],
-        "expected": {node: {"publishes": [], "subscribes": [], "provides": []} for node in wanted["awaited"]},
-        "homes": wanted["nodes"],
-        "advertised": wanted["host"],
+        "expected": {node: {"publishes": [], "subscribes": [], "provides": []} for node in request.awaited},
+        "homes": request.nodes,
+        "advertised": request.host,
         "graph": {"topics": None, "own": []},
     }  # fmt: skip
     seen: Any = {"troubles": {}}
     observe.observe(probe, seen)
     return {
-        topic: {home or wanted["nodes"].get(node, "") for node, home in publishers.items()}
+        topic: {home or request.nodes.get(node, "") for node, home in publishers.items()}
         for topic, publishers in seen.get("graph", {"publishers": {}})["publishers"].items()
-        if topic in request["patterns"] or not ("/_" in topic or topic in _OF_NODES)
+        if topic in request.patterns or not ("/_" in topic or topic in _OF_NODES)
     }
 
 

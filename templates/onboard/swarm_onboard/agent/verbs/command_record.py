@@ -6,28 +6,39 @@ import os
 import stat
 from contextlib import suppress
 
+from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.paths import COMMANDS
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.common.record_chain import BEGINNING, FILE, FULL, OLDER, Head, digest_of, parsed
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from swarm_onboard.agent.history_messages import CommandRecordAnswer, CommandRecordRequest
-
 _LONGEST = FULL + (1 << 18)  # bytes; one write goes past the limit
 _MOST_ROBOTS = 1000
 
 
-def handle(request: CommandRecordRequest, payload: bytes, report: Report) -> CommandRecordAnswer:
+class Request(NamedTuple):
+    """Who commanded ``robot``; empty for the names of the robots alone."""
+
+    swarm: str
+    robot: str = ""
+
+
+class Answer(NamedTuple):
+    """``robots``: those with a record on the host; ``text``: the lines of one (see ``record_chain``)."""
+
+    robots: list[str]
+    text: str
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:
     """Returns the robots with a record, and the lines of that of ``robot``."""
-    home = home_of(request["swarm"])
+    home = home_of(request.swarm)
     folder = home.outside(f"{COMMANDS}/{home.swarm}")
     robots: list[str] = []
     with suppress(FileNotFoundError):
         robots = sorted(os.listdir(folder))[:_MOST_ROBOTS]
-    text = _lines(os.path.join(folder, request["robot"])) if request["robot"] in robots else b""
-    return {"robots": robots, "text": text.decode("ascii", "backslashreplace")}
+    text = _lines(os.path.join(folder, request.robot)) if request.robot in robots else b""
+    return Answer(robots, text.decode("ascii", "backslashreplace"))
 
 
 def problem(folder: str) -> str:

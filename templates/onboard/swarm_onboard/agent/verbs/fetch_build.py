@@ -4,16 +4,27 @@ from __future__ import annotations
 
 import base64
 
+from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.package_builds import Workspace
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from swarm_onboard.agent.preparation_messages import FetchBuildAnswer, FetchBuildRequest
+
+class Request(NamedTuple):
+    """A piece of the results of a ``package``, from the byte ``offset`` on."""
+
+    swarm: str
+    package: str
+    offset: int
 
 
-def handle(request: FetchBuildRequest, payload: bytes, report: Report) -> FetchBuildAnswer:
+class Answer(NamedTuple):
+    """``data``: the piece in base64."""
+
+    data: str
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:
     """Returns the piece in base64; empty at the end. Raises ``RefusedError``."""
-    piece = Workspace(home_of(request["swarm"])).piece(request["package"], request["offset"])
-    return {"data": base64.b64encode(piece).decode("ascii")}
+    piece = Workspace(home_of(request.swarm)).piece(request.package, request.offset)
+    return Answer(base64.b64encode(piece).decode("ascii"))

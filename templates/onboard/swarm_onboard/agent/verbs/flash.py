@@ -10,14 +10,13 @@ import time
 
 from swarm_onboard.agent import lease, lock, motion_gate, systemd, unit_start
 from swarm_onboard.agent.errors import FailedError, RefusedError
+from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import Home, home_of
 from swarm_onboard.agent.rpc import Report
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, BinaryIO, Sequence
-
-    from swarm_onboard.agent.messages import FlashAnswer, FlashRequest
 
 _FOLDER = "/firmware"  # in the swarm's state, while a board is written
 _WRITING = 120  # s
@@ -40,21 +39,48 @@ _TROUBLES = (
 )
 
 
-def handle(request: FlashRequest, payload: bytes, report: Report) -> FlashAnswer:
+class Request(NamedTuple):
+    """Write a firmware to a robot's board while its driver ``unit`` is stopped, and wait for the board.
+
+    ``files``: name and size of each, in the payload's order; ``write``: avrdude's command, run in their
+    folder; ``digest``: of the firmware; ``patience``: s to wait until the driver logs that digest.
+    """
+
+    swarm: str
+    unit: str
+    port: str
+    files: list[list[Any]]
+    write: list[str]
+    digest: str
+    patience: float
+    who: str = ""
+    wait: float = 2.0
+    run: str = ""
+    stop_robots: bool = False
+
+
+class Answer(NamedTuple):
+    """``runs``: the driver ran before and runs again; ``logged``: it logged this firmware of the board."""
+
+    runs: bool
+    logged: bool
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:
     """Writes a firmware to a board while its driver is stopped.
 
     Raises ``RefusedError`` and ``FailedError``.
     """
-    home = home_of(request["swarm"])
-    port, unit = str(request["port"]), str(request["unit"])
-    command = [str(word) for word in request["write"]]
+    home = home_of(request.swarm)
+    port, unit = str(request.port), str(request.unit)
+    command = [str(word) for word in request.write]
     if shutil.which(command[0]) is None:
         raise RefusedError(f"{command[0]} is missing", f"sudo apt install {command[0]}")
     if not os.path.exists(home.outside(port)):
         raise RefusedError(f"there is no {port}", "is the board's cable in, and was the swarm deployed?")
     with lease.held_for(home, request):
         who = lock.operator_in(request)
-        motion_gate.clear(home, [unit], stop=bool(request.get("stop_robots")), who=who, note=report.note)
+        motion_gate.clear(home, [unit], stop=bool(request.stop_robots), who=who, note=report.note)
         report.detach()
         runs = systemd.running([unit])
         troubles = []
@@ -63,7 +89,7 @@ def handle(request: FlashRequest, payload: bytes, report: Report) -> FlashAnswer
                 report.note(f"stop {unit}")
                 systemd.stop(runs)
             report.note(f"write {port}")
-            _write(home, request["files"], payload, command, port)
+            _write(home, request.files, payload, command, port)
         except FailedError as error:
             troubles.append(error)
         began = time.time()
@@ -76,10 +102,10 @@ def handle(request: FlashRequest, payload: bytes, report: Report) -> FlashAnswer
     if troubles:
         raise FailedError("; ".join(one.message for one in troubles), troubles[0].hint)
     if not runs:
-        return {"runs": False, "logged": False}
+        return Answer(False, False)
     report.note("wait for the board to name its firmware")
-    awaited = "swarmctl firmware " + str(request["digest"])
-    return {"runs": True, "logged": _logged(unit, awaited, began, min(float(request["patience"]), 120))}
+    awaited = "swarmctl firmware " + str(request.digest)
+    return Answer(True, _logged(unit, awaited, began, min(float(request.patience), 120)))
 
 
 def _write(home: Home, files: Sequence[Any], payload: bytes, command: Sequence[str], port: str) -> None:

@@ -3,25 +3,46 @@
 from __future__ import annotations
 
 from swarm_onboard.agent import audit, record, secrets, way_back
+from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from swarm_onboard.agent.history_messages import HistoryAnswer, HistoryRequest
+    from typing import Sequence
 
 
-def handle(request: HistoryRequest, payload: bytes, report: Report) -> HistoryAnswer:
+class Request(NamedTuple):
+    """The last changes of the host. ``to``: a kept release and a set of secrets; the units that stop and
+    start on the way there are wanted, too."""
+
+    swarm: str
+    to: Sequence[str] = ()
+
+
+class Answer(NamedTuple):
+    """``entries``: the oldest first; ``release``: the current one, with the set ``secrets``; ``releases`` and
+    ``secret_sets``: those that it could have again without a deploy; ``last``: the last transaction;
+    ``units``: with ``to`` only."""
+
+    entries: list[audit.ChangeEntry]
+    release: str | None
+    secrets: str
+    releases: list[str]
+    secret_sets: list[str]
+    last: str
+    units: way_back.UnitsBack | None = None
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:
     """Returns the changes, the oldest first, and the releases that the host still has."""
-    home = home_of(request["swarm"])
-    answer: HistoryAnswer = {
-        "entries": audit.entries(home),
-        "release": home.current(),
-        "secrets": secrets.current(home),
-        "releases": home.releases(),
-        "secret_sets": secrets.sets(home),
-        "last": record.read(home).txid,
-    }
-    if to := request.get("to"):
-        answer["units"] = way_back.units(home, to[0], to[1])
-    return answer
+    home = home_of(request.swarm)
+    return Answer(
+        audit.entries(home),
+        home.current(),
+        secrets.current(home),
+        home.releases(),
+        secrets.sets(home),
+        record.read(home).txid,
+        way_back.units(home, *request.to) if request.to else None,
+    )

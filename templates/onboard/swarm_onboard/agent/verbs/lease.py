@@ -4,35 +4,55 @@ from __future__ import annotations
 
 from swarm_onboard.agent import boot, lease, lock, record
 from swarm_onboard.agent.manifest import release_name
+from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import Home, home_of
 from swarm_onboard.agent.rpc import Report
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from swarm_onboard.agent.messages import LeaseAnswer, LeaseRequest
+
+class Request(NamedTuple):
+    """Give or renew the lease of the swarm on this host to ``run``, or with ``want`` false take it back.
+
+    ``breaks``: a run that has ended, whose lease does not count; ``pending``: the change of this run that
+    waits, and has ``confirm_within`` s from now.
+    """
+
+    swarm: str
+    run: str
+    want: bool
+    breaks: str = ""
+    pending: str = ""
+    confirm_within: float = 0.0
+    who: str = ""
+    wait: float = 2.0
 
 
-def handle(request: LeaseRequest, payload: bytes, report: Report) -> LeaseAnswer:
+class Answer(NamedTuple):
+    """``granted``: ``run`` has the lease; if not, the run and the operator that have it, for ``left`` s;
+    ``last``: the last transaction of the host, which ``last_who`` began."""
+
+    granted: bool
+    epoch: int
+    run: str
+    who: str
+    left: float
+    last: str
+    last_who: str
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:
     """Gives the lease, renews it or takes it back. Raises ``RefusedError`` while the host is locked."""
-    home = home_of(request["swarm"])
-    run = release_name(request["run"])
+    home = home_of(request.swarm)
+    run = release_name(request.run)
     with lock.held_for(home, request):
-        if request["want"]:
-            found = lease.ask(home, run, lock.operator_in(request), request.get("breaks", ""))
-            if found.run == run and "pending" in request:
-                _extend(home, request["pending"], float(request.get("confirm_within", 0)))
+        if request.want:
+            found = lease.ask(home, run, lock.operator_in(request), request.breaks)
+            if found.run == run and request.pending:
+                _extend(home, request.pending, float(request.confirm_within))
         else:
             found = lease.give_back(home, run)
         last = record.read(home)
-        return {
-            "granted": found.run == run,
-            "epoch": found.epoch,
-            "run": found.run,
-            "who": found.who,
-            "left": round(found.left(home), 1),
-            "last": last.txid,
-            "last_who": last.who,
-        }
+        left = round(found.left(home), 1)
+        return Answer(found.run == run, found.epoch, found.run, found.who, left, last.txid, last.who)
 
 
 def _extend(home: Home, txid: str, seconds: float) -> None:

@@ -13,14 +13,13 @@ from swarm_onboard.agent import json_text
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.command import plain_environment
 from swarm_onboard.agent.errors import FailedError
+from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Iterator, Sequence
-
-    from swarm_onboard.agent.log_messages import LogEntry, LogsAnswer, LogsRequest
 
 MOST_BYTES = 4 << 20  # of one answer, or of the notes of one request
 _LONGEST = 4096  # characters of a message
@@ -35,55 +34,90 @@ _FIELDS = ",".join(("MESSAGE", "PRIORITY", *_UNIT_FIELDS))
 _JOURNALCTL = ("journalctl", "--quiet", "--no-pager", "--all", "--output=json", "--output-fields=" + _FIELDS)
 
 
-def handle(request: LogsRequest, payload: bytes, report: Report) -> LogsAnswer:
+class Request(NamedTuple):
+    """What units have logged: the last ``lines`` since ``since``, of the host's clock in s since 1970.
+
+    ``parts``: the first parts of their names, such as robots; empty for all units of the swarm.
+    ``follow``: for how long, in s, entries after the cursor ``after`` (else since ``since``) are sent as
+    notes, each the JSON of an answer.
+    """
+
+    swarm: str
+    parts: list[str]
+    lines: int = 0
+    since: float = 0.0
+    after: str = ""
+    follow: float = 0.0
+
+
+class Entry(NamedTuple):
+    """``time``: of the host's clock, s since 1970; ``priority``: of syslog(3)."""
+
+    time: float
+    unit: str
+    priority: int
+    message: str
+
+
+class Answer(NamedTuple):
+    """``clock``: of the host as it began, s since 1970; ``entries``: the oldest first; ``cursor``: of the
+    last one, empty without any; ``cut``: there are more."""
+
+    clock: float
+    entries: list[Entry]
+    cursor: str
+    cut: bool
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:
     """Returns the last entries, or sends new ones; without lines and without ``follow`` the clock alone."""
-    answer: LogsAnswer = {"clock": time.time(), "entries": [], "cursor": "", "cut": False}
-    units = _units(request)
-    if request["follow"]:
+    began, units = time.time(), _units(request)
+    if request.follow:
         _follow(request, units, report)
-    elif request["lines"] and units:
-        _read_last(request, units, answer)
-    return answer
+    elif request.lines and units:
+        return _last(request, units, began)
+    return Answer(began, [], "", False)
 
 
-def _units(request: LogsRequest) -> list[str]:
+def _units(request: Request) -> list[str]:
     """The units that are deployed. A pattern would miss those that begin to log later."""
-    folder, prefix = home_of(request["swarm"]).outside("/etc/systemd/system"), f"swarm-{request['swarm']}."
+    folder, prefix = home_of(request.swarm).outside("/etc/systemd/system"), f"swarm-{request.swarm}."
     try:
         found = [name for name in os.listdir(folder) if name.startswith(prefix) and name.endswith(".service")]
     except OSError:
         return []
-    parts = request["parts"]
+    parts = request.parts
     return sorted(one for one in found if not parts or one[len(prefix) :].partition(".")[0] in parts)
 
 
-def _read_last(request: LogsRequest, units: Sequence[str], answer: LogsAnswer) -> None:
-    since = [f"--since=@{request['since']:.6f}"] if request["since"] else []
-    size = 0
+def _last(request: Request, units: Sequence[str], began: float) -> Answer:
+    since = [f"--since=@{request.since:.6f}"] if request.since else []
+    entries: list[Entry] = []
+    cursor, size, cut = "", 0, False
     # The newest first: of a long journal no more is read than is sent.
     with _journal(["--reverse", *since], units) as process:
         assert process.stdout is not None
         for line in iter(partial(process.stdout.readline, _LONGEST_LINE), b""):
             fields = _fields(line)
             entry = _entry(fields)
-            if entry is None or entry["time"] < request["since"]:
+            if entry is None or entry.time < request.since:
                 continue
-            size += len(entry["message"])
-            answer["cut"] = len(answer["entries"]) == request["lines"] or size > MOST_BYTES
-            if answer["cut"]:
+            size += len(entry.message)
+            cut = len(entries) == request.lines or size > MOST_BYTES
+            if cut:
                 break
-            answer["entries"].append(entry)
-            answer["cursor"] = answer["cursor"] or _cursor(fields)
+            entries.append(entry)
+            cursor = cursor or _cursor(fields)
         else:
             if process.wait():
                 raise _broken(process)
-    answer["entries"].reverse()
+    return Answer(began, entries[::-1], cursor, cut)
 
 
-def _follow(request: LogsRequest, units: list[str], report: Report) -> None:
+def _follow(request: Request, units: list[str], report: Report) -> None:
     """Sends entries until the time is over, units come or go, enough was sent, or the operator is gone."""
-    end = time.monotonic() + request["follow"]
-    start = f"--after-cursor={request['after']}" if request["after"] else f"--since=@{request['since']:.6f}"
+    end = time.monotonic() + request.follow
+    start = f"--after-cursor={request.after}" if request.after else f"--since=@{request.since:.6f}"
     rest, sent = b"", 0
     with _journal(["--follow", "--no-tail", start], units) as process:
         assert process.stdout is not None
@@ -108,8 +142,7 @@ def _send(lines: Sequence[bytes], report: Report) -> int:
     if not read:
         return 0
     entries = [one for one in map(_entry, read) if one is not None]
-    batch: LogsAnswer = {"clock": time.time(), "entries": entries, "cursor": _cursor(read[-1]), "cut": False}
-    text = json_text.dumps(batch)
+    text = json_text.dumps(Answer(time.time(), entries, _cursor(read[-1]), False))
     report.note(text)
     return len(text)
 
@@ -150,17 +183,17 @@ def _cursor(fields: dict[str, Any]) -> str:
     return str(fields["__CURSOR"])
 
 
-def _entry(fields: dict[str, Any]) -> LogEntry | None:
+def _entry(fields: dict[str, Any]) -> Entry | None:
     """What is sent of the fields of an entry; None if one is missing or wrong."""
     try:
         message = fields["MESSAGE"]
         if isinstance(message, list):  # bytes that are no text, or have colours
             message = bytes(message).decode("utf-8", "backslashreplace")
-        return {
-            "time": int(fields["__REALTIME_TIMESTAMP"]) / 1e6,
-            "unit": next(str(fields[name]) for name in _UNIT_FIELDS if fields.get(name)),
-            "priority": int(fields.get("PRIORITY", 6)) & 7,
-            "message": clipped(message, _LONGEST),
-        }
+        return Entry(
+            int(fields["__REALTIME_TIMESTAMP"]) / 1e6,
+            next(str(fields[name]) for name in _UNIT_FIELDS if fields.get(name)),
+            int(fields.get("PRIORITY", 6)) & 7,
+            clipped(message, _LONGEST),
+        )
     except (ValueError, KeyError, TypeError, StopIteration):
         return None

@@ -12,18 +12,36 @@ from swarm_onboard.agent import (
     workspaces,
 )
 from swarm_onboard.agent.errors import RefusedError
+from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from swarm_onboard.agent.preparation_messages import PrepareAnswer, PrepareRequest
+
+class Request(NamedTuple):
+    """One step: add a ``source`` of packages, ``refresh`` the lists of packages, install by ``apt`` or
+    ``pip``, ``pull`` images, named as ENGINE IMAGE, create ``account``, give it the ``keys`` of the account
+    ``login``, a ``sudo`` rule or a ``group``, ``build`` workspaces.
+
+    ``workspaces``: those of the host in their order; each is built upon those behind it."""
+
+    swarm: str
+    step: str
+    targets: list[str]
+    account: str
+    login: str
+    workspaces: list[str]
 
 
-def handle(request: PrepareRequest, payload: bytes, report: Report) -> PrepareAnswer:  # noqa: PLR0912
+class Answer(NamedTuple):
+    """``step``: the one that is done."""
+
+    step: str
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:  # noqa: PLR0912
     """Carries out one kind of step for all its targets. Raises ``RefusedError`` and ``FailedError``."""
-    outside = home_of(request["swarm"]).outside
-    account, step, targets = request["account"], request["step"], request["targets"]
+    outside = home_of(request.swarm).outside
+    account, step, targets = request.account, request.step, request.targets
     report.detach()  # half an installation is worse than one that nobody waits for
     if step == "source":
         for server in targets:
@@ -37,7 +55,7 @@ def handle(request: PrepareRequest, payload: bytes, report: Report) -> PrepareAn
     elif step == "account":
         accounts.create(account)
     elif step == "keys":
-        accounts.copy_keys(account, request["login"], outside)
+        accounts.copy_keys(account, request.login, outside)
     elif step == "sudo":
         accounts.allow_sudo(account, outside)
     elif step == "group":
@@ -46,7 +64,7 @@ def handle(request: PrepareRequest, payload: bytes, report: Report) -> PrepareAn
     elif step == "pull":
         image_pulls.pull_all(targets, report.note)
     elif step == "build":
-        workspaces.build_in_order(targets, request["workspaces"], outside, report.note)
+        workspaces.build_in_order(targets, request.workspaces, outside, report.note)
     else:
         raise RefusedError(f"{step!r} is no step", "are swarmctl and its agent of one version?")
-    return {"step": step}
+    return Answer(step)

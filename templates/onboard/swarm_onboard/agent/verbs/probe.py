@@ -35,7 +35,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Callable, Iterable, Mapping
 
-    from swarm_onboard.agent.messages import Drift
     from swarm_onboard.agent.probe_messages import DeviceAnswer, ProbeAnswer, ProbeRequest
 
 _MOST_NAMES = 20  # adapters on one host
@@ -57,7 +56,7 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
             answer["troubles"][name] = clipped(f"{type(error).__name__}: {error}")
         return None
 
-    def states() -> dict[str, Any] | None:
+    def states() -> dict[str, systemd.UnitState] | None:
         try:
             return systemd.states([str(unit) for unit in request["units"]])
         except TimedOutError:
@@ -66,7 +65,7 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
 
     pinging = part("pings", lambda: pings.Pings(request["pings"]))
     work = part("load", processor_work.work)
-    before = answer["units"] = part("units", states)
+    before = part("units", states)
     if "systemd" in answer["troubles"]:
         others = [check for check in request["checks"] if check not in _ASK_SYSTEMD]
         request = {**request, "units": [], "launched": {}, "checks": others}
@@ -76,10 +75,12 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     answer["stopped"] = part("processes", lambda: unit_history.stopped(list(before or {})))
     answer["environments"] = part("environments", lambda: process_environment.differences(home, before or {}))
     answer["images"] = part(
-        "images", lambda: {unit: images.look(one) for unit, one in request["images"].items()}
+        "images", lambda: {unit: images.look(*one)._asdict() for unit, one in request["images"].items()}
     )
     answer["release"] = part("release", home.current)
-    answer["change"] = part("change", lambda: {**deployed.last_change(home), "holder": lock.holder(home)})
+    answer["change"] = part(
+        "change", lambda: {**deployed.last_change(home)._asdict(), "holder": lock.holder(home)}
+    )
     answer["drift"] = part("files", lambda: _drift(home))
     answer["lacks"] = part("requirements", lambda: _lacks(request["requires"], home))
     checks = {name: part(name, partial(_observed, name, home)) for name in request["checks"]}
@@ -108,13 +109,15 @@ def _lacks(requires: Iterable[str], home: Home) -> list[str]:
     return [one for one in requires if not places.get(one)]
 
 
-def _drift(home: Home) -> Drift | None:
+def _drift(home: Home) -> dict[str, Any] | None:
     digest = home.current()
-    return None if digest is None else deployed.drift(home, digest, home.known_manifest(digest))
+    if digest is None:
+        return None
+    return deployed.drift(home, digest, home.known_manifest(digest))._asdict()
 
 
 def _with_restarts(
-    before: Mapping[str, Any] | None, after: Mapping[str, Any] | None
+    before: Mapping[str, systemd.UnitState] | None, after: Mapping[str, systemd.UnitState] | None
 ) -> dict[str, Any] | None:
     """The states of now, with how often each unit was restarted while the probe looked.
 
@@ -123,18 +126,17 @@ def _with_restarts(
     if before is None or after is None:
         return None
     return {
-        unit: {
-            **state,
-            "restarted": max(0, state["restarts"] - before[unit]["restarts"] + _starts_again(before[unit])),
-        }
+        unit: state._replace(
+            restarted=max(0, state.restarts - before[unit].restarts + _starts_again(before[unit]))
+        )._asdict()
         for unit, state in after.items()
     }
 
 
-def _starts_again(state: Mapping[str, Any]) -> bool:
+def _starts_again(state: systemd.UnitState) -> bool:
     """Returns True if systemd has counted its restart, and it does not run yet."""
-    starting = state["active"] == "activating" and state["sub"] != "auto-restart"
-    return bool(starting and state["restarts"])
+    starting = state.active == "activating" and state.sub != "auto-restart"
+    return bool(starting and state.restarts)
 
 
 def _boot_id() -> str:

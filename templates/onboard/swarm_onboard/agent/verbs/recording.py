@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from swarm_onboard.agent import bags
+from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from swarm_onboard.agent.recording_messages import RecordingAnswer, RecordingRequest
+
+class Request(NamedTuple):
+    """How the recording is doing; ``stop`` ends it before."""
+
+    swarm: str
+    stop: bool = False
 
 
-def handle(request: RecordingRequest, payload: bytes, report: Report) -> RecordingAnswer:
+Answer = bags.Recording
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:
     """Returns the state. Raises ``FailedError`` if the recording does not end."""
-    home = home_of(request["swarm"])
-    if request["stop"]:
+    home = home_of(request.swarm)
+    if request.stop:
         report.detach()
         bags.stop(home)
     return bags.state(home)

@@ -6,36 +6,52 @@ from swarm_onboard.agent import lease, lock, transaction, way_back
 from swarm_onboard.agent.change import Change
 from swarm_onboard.agent.errors import RefusedError
 from swarm_onboard.agent.manifest import release_name
+from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from swarm_onboard.agent.messages import ApplyAnswer, RollbackRequest
+
+class Request(NamedTuple):
+    """Bring the host from release ``previous`` to ``next`` with its set ``secrets``, empty for none; it has
+    kept both. ``confirm_within`` and ``stop_robots`` as for ``apply``."""
+
+    swarm: str
+    txid: str
+    previous: str | None
+    next: str
+    secrets: str
+    confirm_within: float = 0.0
+    who: str = ""
+    wait: float = 2.0
+    run: str = ""
+    stop_robots: bool = False
 
 
-def handle(request: RollbackRequest, payload: bytes, report: Report) -> ApplyAnswer:
+Answer = transaction.Applied
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:
     """Applies the kept release as ``apply`` does. Raises ``RefusedError`` and ``FailedError``."""
-    home = home_of(request["swarm"])
-    to, chosen = release_name(request["next"]), request["secrets"]
+    home = home_of(request.swarm)
+    to, chosen = release_name(request.next), request.secrets
     with lease.held_for(home, request):
         if home.known_manifest(to) is None:
             raise RefusedError(f"release {to} is not on the host any more", "deploy the spec that makes it")
         units = way_back.units(home, to, chosen)
         change = Change(
-            txid=release_name(request["txid"]),
+            txid=release_name(request.txid),
             who=lock.operator_in(request),
-            run=str(request.get("run", "")),
-            previous=request["previous"],
+            run=str(request.run),
+            previous=request.previous,
             next=to,
-            stop=units["stop"],
-            start=units["start"],
-            restart=units["restart"],
+            stop=units.stop,
+            start=units.start,
+            restart=units.restart,
             reload=[],
-            reload_units=units["reload"],
-            confirm_within=min(float(request.get("confirm_within", 0)), 3600.0),
+            reload_units=units.reload,
+            confirm_within=min(float(request.confirm_within), 3600.0),
             values={},
             secrets=chosen,
-            stop_robots=bool(request.get("stop_robots")),
+            stop_robots=bool(request.stop_robots),
         )
         return transaction.run(home, change, b"", report)
