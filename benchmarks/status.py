@@ -20,10 +20,10 @@ from pathlib import Path
 
 from deploy import await_rest, deployed, log_in_everywhere, spec_of
 from deploy_cost.profile import start_agent
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health import collect
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.observations import Answer
 from swarmctl.health.probe_request import request
 from swarmctl.lab import paths
 from swarmctl.remote import agent_client

@@ -13,9 +13,10 @@ from swarmctl.cli import console, exit_codes, options, selected
 from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
+    from swarm_onboard.agent.verbs.probe import Answer
+
     from swarmctl.health.expected_graph import ExpectedGraph
     from swarmctl.health.name_conflicts import Launched
-    from swarmctl.health.observations import Answer
     from swarmctl.health.swarm_health import Look, Status
     from swarmctl.remote.transport import HostError, Target, Transport
     from swarmctl.spec.load import Document

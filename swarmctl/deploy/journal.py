@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from swarm_onboard.agent.host_list import HostLogin
-from swarm_onboard.agent.manifest_json import ManifestData
 
 from swarmctl.plan.observed_host import NOTHING, Observed
-from swarmctl.remote.answer_check import mismatch
+from swarmctl.remote.answer_check import checked
+from swarmctl.remote.transport import HostError
+from swarmctl.render.manifest import ManifestData
 
 
 def folder(swarm: str, environment: Mapping[str, str] = os.environ) -> Path:
@@ -68,8 +69,8 @@ def login_of(place: Path, host: str) -> HostLogin | None:
     """Returns how ``host`` was reached in the last deploy from this machine; None if that is not known."""
     try:
         login = json.loads((place / f"{host}.json").read_text("utf-8"))["login"]
-        return None if mismatch(login, HostLogin) else HostLogin(**login)
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return checked(login, HostLogin, "a login")
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, HostError):
         return None
 
 
@@ -77,7 +78,7 @@ def recall(place: Path, host: str) -> Observed:
     """Returns what ``host`` ran after the last deploy from this machine; nothing if that is not known."""
     try:
         entry = json.loads((place / f"{host}.json").read_text("utf-8"))
-        digest, manifest = str(entry["digest"]), entry["manifest"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        manifest = checked(entry["manifest"], ManifestData, "a manifest")
+        return Observed(str(entry["digest"]), manifest)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, HostError):
         return NOTHING
-    return NOTHING if mismatch(manifest, ManifestData) else Observed(digest, manifest)

@@ -7,14 +7,14 @@ import time
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
-from swarm_onboard.agent.manifest_json import ManifestData
 from swarm_onboard.agent.verbs import observe
 
 from swarmctl.plan.observed_host import Observed, from_answer
-from swarmctl.remote.agent_client import check_type
+from swarmctl.remote.answer_check import checked
 from swarmctl.remote.ask import ask
 from swarmctl.remote.transport import AgentSession
 from swarmctl.render.bundle import Bundle
+from swarmctl.render.manifest import ManifestData
 
 NO_SECRETS: Mapping[str, str] = MappingProxyType({})
 
@@ -44,7 +44,7 @@ def observe_host(
     )
     answer = ask(host, observe.handle, request, offer(bundle.secrets, secrets) if bundle.secrets else b"")
     if answer.manifest is not None:
-        check_type(answer.manifest, ManifestData, "the manifest of its release")
+        checked(answer.manifest, ManifestData, "the manifest of its release")
     return from_answer(answer, bundle, received=time.time())
 
 

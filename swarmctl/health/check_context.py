@@ -6,10 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from swarm_onboard.agent.systemd import UnitState
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
 from swarmctl.health.name_conflicts import Conflict, Launched, conflicts
-from swarmctl.health.observations import Answer, UnitSeen
 from swarmctl.health.root_cause import HOST
 from swarmctl.remote.transport import HostError, Kind
 
@@ -60,7 +62,7 @@ class CheckContext:
         return f"{'probed' if outcome.kind is Kind.STOPPED else outcome.kind.value} {host}"
 
     @cached_property
-    def master_processes(self) -> Mapping[str, UnitSeen | None]:
+    def master_processes(self) -> Mapping[str, UnitState | None]:
         """By hub, the unit of its master."""
         return {host.name: answer.units.get(host.master_unit or "") for host, answer in self.hosts}
 

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from typing import Any
+
+from swarm_onboard.agent.verbs import probe
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.expected_graph import ExpectedGraph
-from swarmctl.health.observations import Answer
-from swarmctl.health.probe_answer import answer_of
+from swarmctl.health.host_checks import host_checks
 from swarmctl.health.probe_request import LONGEST_LISTENING, request
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.transport import HostError, Session, Target, Transport
+from swarmctl.remote.answer_check import checked
+from swarmctl.remote.ask import ask
+from swarmctl.remote.transport import AgentSession, HostError, Session, Target, Transport
 
 WINDOW = 2.0  # s of listening to a topic, unless it is slow
 _AROUND = 40.0  # s, more than the sum of the agent's own time limits before and after listening
+_LONGEST_TEXT = 300  # characters
 
 
 def probe_hosts(
@@ -34,13 +40,28 @@ def probe_hosts(
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Answer:
         with agent_client.agent_session(session, verbs=("probe",), module=probes[target.host]) as host:
-            data = host.request(requests[target.host], timeout=patience)
-            return answer_of(data, received=time.time())
+            return probed(host, requests[target.host], patience)
 
     chosen = [targets[name] for name in requests]
-    outcomes: dict[str, Answer | HostError] = {}
-    for event in parallel_hosts.run(chosen, work, transport=transport, parallel=parallel):
-        if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped):
-            outcome = parallel_hosts.result_of(event)
-            outcomes[event.host] = outcome
-    return outcomes
+    return parallel_hosts.results_of(parallel_hosts.run(chosen, work, transport=transport, parallel=parallel))
+
+
+def probed(host: AgentSession, request: probe.Request, timeout: float) -> Answer:
+    """Returns what a host has seen. Raises ``HostError``."""
+    answer = ask(host, probe.handle, request, timeout=timeout, longest_text=_LONGEST_TEXT)
+    ahead = None if answer.time is None else answer.time - time.time()
+    return answer._replace(clock_ahead=ahead, checks=checks_of(answer))
+
+
+def checks_of(answer: Answer) -> dict[str, list[Any]]:
+    """Returns what was observed for each check of a host, by name, as values of the check's type.
+
+    Raises ``HostError`` if a check reports what it cannot.
+    """
+    return {
+        name: [
+            checked(one, host_checks()[name].Seen, f"what the host observed for `{name}`") for one in found
+        ]
+        for name, found in answer.checks.items()
+        if name in host_checks()
+    }

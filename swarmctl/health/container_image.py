@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from swarmctl.health.observations import ImageSeen
+from swarm_onboard.agent.images import Image
+
 from swarmctl.health.verdict import State, Verdict, bad
 from swarmctl.spec.program_model import Container
 
@@ -19,7 +20,7 @@ _RUNS = {
 }
 
 
-def problem(container: Container, host: str, seen: ImageSeen | None, unit: Verdict) -> Verdict | None:
+def problem(container: Container, host: str, seen: Image | None, unit: Verdict) -> Verdict | None:
     """Returns what the image does to a program whose unit has the verdict ``unit``; None if nothing.
 
     An image for another machine counts only where the unit does not run: an emulator may run it.

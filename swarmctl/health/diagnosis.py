@@ -9,11 +9,12 @@ from pkgutil import iter_modules
 from types import MappingProxyType
 from typing import Protocol, cast
 
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health import checks
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.expected_graph import ExpectedGraph
 from swarmctl.health.name_conflicts import Launched
-from swarmctl.health.observations import Answer
 from swarmctl.health.root_cause import Diagnosis, Findings
 from swarmctl.remote.transport import HostError
 

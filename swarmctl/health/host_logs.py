@@ -12,7 +12,8 @@ from swarm_onboard.agent.verbs import logs
 
 from swarmctl.health.log_entries import Entry, entry_of
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.ask import ask, of_note
+from swarmctl.remote.answer_check import of_note
+from swarmctl.remote.ask import ask
 from swarmctl.remote.parallel_hosts import Event, bugs_as_errors
 from swarmctl.remote.transport import AgentSession, HostError, Session, Target, Transport
 

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
+from swarm_onboard.agent.observations import EndedSeen, LaunchedSeen, NodeSeen
+
 from swarmctl.health import node_faults
 from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.observations import EndedSeen, LaunchedSeen, NodeSeen
 from swarmctl.health.verdict import State, Verdict, bad, unknown
 
 TABLE = (
@@ -81,7 +82,7 @@ def _has_done_its_task(one: EndedSeen) -> bool:
 def _alive(program: Launched, host: ExpectedHost, seen: LaunchedSeen) -> Iterator[Verdict]:
     """Nodes that are registered, but not alive, or elsewhere. Not all that roslaunch runs register."""
     restart = f"on {host.name}: sudo systemctl restart {program.unit}"
-    for name in seen.started:
+    for name in seen.starts:
         node = seen.nodes.get(name)
         if node is None or not node.registered:
             continue

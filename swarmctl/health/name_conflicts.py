@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+from swarm_onboard.agent.observations import NodeSeen
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.node_faults import host_of
-from swarmctl.health.observations import Answer, NodeSeen
 
 NODE_NAME = "node name"
 _SETTLED = 60.0  # s after which a unit that lost its node has other reasons not to run
@@ -85,7 +87,7 @@ def _places(host: ExpectedHost, answer: Answer, node: str, launched: Launched) -
         elif (
             declared.get(unit) == node
             or unit in starting
-            or (own is not None and node in (*own.started, *own.ended))
+            or (own is not None and node in (*own.starts, *own.ended))
         ):
             yield Place(host.name, unit, 0, 0.0)
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from urllib.parse import urlsplit
 
+from swarm_onboard.agent.observations import NodeSeen
+
 from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.observations import NodeSeen
 
 
 def unchecked(node: str, seen: NodeSeen | None) -> str:

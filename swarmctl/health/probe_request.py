@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
-from swarm_onboard.agent.probe_messages import EndsRequest, GraphRequest, NodeRequest, ProbeRequest
+from swarm_onboard.agent.verbs.probe import Request
 
 from swarmctl.health.checks.connection import inputs_of, nodes_of, peers_of
 from swarmctl.health.checks.link import neighbours
@@ -20,7 +21,7 @@ _A_REPORT = 2.5  # s within which the multimaster node reports at least once
 _PERIODS = 2.5  # a rate is measured from at least two messages
 
 
-def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeRequest:
+def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> Request:
     """The request to the agent of ``host``. ``window``: how long to listen to each topic, s.
 
     A hub also reports the publishers of its island's command topics, and what it has of other islands; where
@@ -29,42 +30,34 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
     island = [one for one in graph.hosts if one.hub == host.name] if host.is_hub else []
     unmastered = [] if host.master_uri else island or [host]
     gated = any(robot.gate is not None for one in island for robot in one.robots)
-    robots: list[NodeRequest] = [
-        {"name": robot.node, "topics": _topics_of(robot, window), "parameters": {**robot.parameters}}
-        for robot in host.robots
-        if robot.node
-    ]
-    gates: list[NodeRequest] = [
-        {"name": gate.node, "topics": {gate.reports.name: listening(gate.reports, window)}}
-        for gate in (robot.gate for robot in host.robots)
-        if gate is not None
-    ]
-    programs: list[NodeRequest] = [
-        {"name": program.node, "topics": _measured(program, window)}
-        for program in host.programs
-        if program.node
-    ]
-    return {
-        "verb": "probe",
-        "swarm": graph.swarm,
-        "module": host.probe.name,
-        "units": list(host.release.units),
-        "master": host.master_uri,
-        "nodes": [*robots, *gates, *programs, *_multimaster_nodes(host, window)],
-        "graph": _graph_request(graph, host),
-        "commands": [topic for one in island for robot in one.robots for topic in _command_topics(robot)],
-        "command_types": list(host.velocities) if gated else [],
-        "publishers": publishers_of(graph, host) if island else {},
-        "homes": {node: one.advertised for one in island for node in nodes_of(one)},
-        "peers": list(peers_of(graph, host)),
-        "expected": {name: ends for one in unmastered for name, ends in _expected(one)},
-        "inputs": list(dict.fromkeys(topic for one in inputs_of(graph, host) for topic in one.topics)),
-        "provides": [
+    robots = {robot.node: robot for robot in host.robots if robot.node}
+    gates = [robot.gate for robot in host.robots if robot.gate is not None]
+    return Request(
+        graph.swarm,
+        host.probe.name,
+        list(host.release.units),
+        host.master_uri,
+        nodes={
+            **{node: _topics_of(robot, window) for node, robot in robots.items()},
+            **{gate.node: {gate.reports.name: listening(gate.reports, window)} for gate in gates},
+            **{program.node: _measured(program, window) for program in host.programs if program.node},
+            **_multimaster_nodes(host, window),
+        },
+        parameters={node: {**robot.parameters} for node, robot in robots.items()},
+        **_islands(graph, host),
+        commands=[topic for one in island for robot in one.robots for topic in _command_topics(robot)],
+        command_types=list(host.velocities) if gated else [],
+        publishers=publishers_of(graph, host) if island else {},
+        homes={node: one.advertised for one in island for node in nodes_of(one)},
+        peers=list(peers_of(graph, host)),
+        expected={name: ends for one in unmastered for name, ends in _expected(one)},
+        inputs=list(dict.fromkeys(topic for one in inputs_of(graph, host) for topic in one.topics)),
+        provides=[
             *(name for one in host.robots for name, _ in one.provides),
             *(name for one in host.programs for name, _ in one.provides),
         ],
-        "devices": [robot.device for robot in host.robots if robot.device],
-        "launched": {
+        devices=[robot.device for robot in host.robots if robot.device],
+        launched={
             **{
                 one.unit: {
                     **dict.fromkeys((name for name, _ in one.provides), 0.0),
@@ -75,18 +68,18 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
             },
             **{one.unit: _searched(one, window) for one in host.programs if _is_searched(one)},
         },
-        "advertised": host.advertised,
-        "restart_window": RESTART_WINDOW,
-        "images": {
+        advertised=host.advertised,
+        restart_window=RESTART_WINDOW,
+        images={
             one.unit: (one.container.engine, one.container.image)
             for one in host.programs
             if one.container is not None
         },
-        "requires": list(host.release.requires),
-        "checks": list(host_check_names()),
-        "pings": {one.advertised: round(window, 3) for one in neighbours(graph, host)},
-        "clock": (round(window, 3) if graph.simulated_time else 0.0) if host.master_unit else None,
-    }
+        checks=list(host_check_names()),
+        clock=(round(window, 3) if graph.simulated_time else 0.0) if host.master_unit else None,
+        pings={one.advertised: round(window, 3) for one in neighbours(graph, host)},
+        requires=list(host.release.requires),
+    )
 
 
 def _topics_of(robot: ExpectedRobot, window: float) -> dict[str, float]:
@@ -116,7 +109,7 @@ def _command_topics(robot: ExpectedRobot) -> Iterator[str]:
         yield robot.gate.output
 
 
-def _expected(host: ExpectedHost) -> Iterator[tuple[str, EndsRequest]]:
+def _expected(host: ExpectedHost) -> Iterator[tuple[str, dict[str, list[str]]]]:
     """Yields what the graph has for certain of ``host``, by node or unit; not what may be left out.
 
     Many programs subscribe only while somebody receives their own output.
@@ -142,22 +135,20 @@ def _expected(host: ExpectedHost) -> Iterator[tuple[str, EndsRequest]]:
             )
 
 
-def _multimaster_nodes(host: ExpectedHost, window: float) -> list[NodeRequest]:
+def _multimaster_nodes(host: ExpectedHost, window: float) -> dict[str, dict[str, float]]:
     if host.multimaster is None:
-        return []
-    reporter = host.multimaster.reporter
-    return [
-        {"name": node, "topics": {DIAGNOSTICS: round(max(window, _A_REPORT), 3)} if node == reporter else {}}
-        for node in host.multimaster.nodes
-    ]
+        return {}
+    reports = {DIAGNOSTICS: round(max(window, _A_REPORT), 3)}
+    return {node: reports if node == host.multimaster.reporter else {} for node in host.multimaster.nodes}
 
 
-def _graph_request(graph: ExpectedGraph, host: ExpectedHost) -> GraphRequest | None:
+def _islands(graph: ExpectedGraph, host: ExpectedHost) -> dict[str, Any]:
     """The bridged topics at the master of ``host``, and the addresses of its own island."""
     if not host.is_hub or len(graph.addresses) < 2:
-        return None
+        return {}
     crossing = (one.topic for one in graph.bridges if host.name in (one.hub, one.origin_hub))
-    return {"topics": list(dict.fromkeys(crossing)), "own": list(graph.addresses[host.island])}
+    own = list(graph.addresses[host.island])
+    return {"graph": True, "bridged": list(dict.fromkeys(crossing)), "own": own}
 
 
 def listening(topic: DriverTopic, window: float) -> float:

@@ -6,9 +6,12 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, get_type_hints
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import AfterValidator, GetCoreSchemaHandler, TypeAdapter, ValidationError, create_model
+from swarm_onboard.agent.observations import MasterSeen, NodeSeen
+from swarm_onboard.agent.systemd import UnitState
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health import launched_nodes
 from swarmctl.health.checks import authority, topic
@@ -16,12 +19,24 @@ from swarmctl.health.checks import program as programs
 from swarmctl.health.checks.bridge import CHECK
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.observations import Answer, MasterSeen, NodeSeen, UnitSeen
 from swarmctl.health.root_cause import Diagnosis, Finding
 from swarmctl.health.verdict import State
 from swarmctl.remote.transport import HostError
 from swarmctl.swarm.topics import DriverTopic
 
+
+class _Object:
+    """The type of a named tuple that is an object in JSON, and in the schema of that."""
+
+    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> Any:
+        """Returns what pydantic reads it with."""
+        fields: dict[str, Any] = {name: (one, ...) for name, one in get_type_hints(kind).items()}
+        model = create_model(str(kind.__name__), **fields)
+        return handler.generate_schema(Annotated[model, AfterValidator(lambda read: kind(**dict(read)))])
+
+
+Unit = Annotated[UnitState, _Object()]
+Master = Annotated[MasterSeen, _Object()]
 _NONE = Answer()
 _SEVERITY = tuple(State)
 
@@ -47,7 +62,7 @@ class RobotRow:
     name: str
     namespace: str  # in ROS, without a slash in front
     state: State
-    driver: UnitSeen | None
+    driver: Unit | None
     node: str
     registered: bool | None
     alive: bool | None
@@ -65,7 +80,7 @@ class ProgramRow:
 
     name: str
     state: State
-    unit: UnitSeen | None
+    unit: Unit | None
     node: str
     alive: bool | None
     topics: tuple[TopicRow, ...] = ()
@@ -97,9 +112,9 @@ class HostRow:
     has_master: bool
     release: str | None
     expected_release: str
-    units: Mapping[str, UnitSeen]
+    units: Mapping[str, Unit]
     units_expected: int
-    master: MasterSeen | None
+    master: Master | None
     robots: tuple[RobotRow, ...]
     bridges: tuple[BridgeRow, ...] = ()
     programs: tuple[ProgramRow, ...] = ()
@@ -149,7 +164,7 @@ class Status:
             "v": 1,
             "swarm": self.swarm,
             "healthy": self.diagnosis.healthy,
-            "hosts": [asdict(host) for host in self.hosts],
+            "hosts": [_plain(asdict(host)) for host in self.hosts],
             "findings": [asdict(finding) | {"key": finding.key} for finding in self.diagnosis.findings],
         }
 
@@ -165,6 +180,15 @@ class Status:
         if read is None or json.loads(json.dumps(read.to_json())) != document:
             raise ValueError("this is not what status --json prints")
         return read
+
+
+def _plain(value: Any) -> Any:
+    """Returns a value for JSON, in which a named tuple is an object."""
+    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, dict):
+        return {name: _plain(one) for name, one in value.items()}
+    return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
 @dataclass(frozen=True)
@@ -254,7 +278,7 @@ def _program(program: ExpectedProgram, answer: Answer, state: State | None) -> P
         name=program.name,
         state=state or (State.SKIPPED if skipped else State.OK),
         unit=unit,
-        node=program.node or ", ".join(launched.started if launched else ()),
+        node=program.node or ", ".join(launched.starts if launched else ()),
         alive=node.alive if node else None,
         topics=tuple(_topic(one, programs.publisher(program, answer, one.name)) for one in program.measured),
     )

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from swarm_onboard.agent.manifest_json import FileData, ManifestData
 from swarm_onboard.agent.messages import BlockDrift, FileDrift, LinkDrift, SecretState
 from swarm_onboard.agent.record import REMOVING
 
 from swarmctl.render.bundle import Bundle
+from swarmctl.render.manifest import FileData, ManifestData
 
 if TYPE_CHECKING:
     from swarm_onboard.agent.deployed import Transaction

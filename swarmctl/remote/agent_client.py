@@ -17,11 +17,10 @@ from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from typing import Any
 
-from swarm_onboard.agent.answers import ANSWERS
 from swarm_onboard.agent.manifest import NAME as MANIFEST
 
 from swarmctl.remote.agent_archive import DEPLOY_VERBS, Agent, agent
-from swarmctl.remote.answer_check import mismatch, parsed
+from swarmctl.remote.answer_check import parsed, printable
 from swarmctl.remote.transport import (
     CHANNEL_TIMEOUT,
     AgentSession,
@@ -162,7 +161,7 @@ class DirectAgentSession:
             done = channel.exchange(stdin, answers.parser(on_note), timeout=timeout)
         if answers.word == "wrong-password" and isinstance(self._session, SudoSession):
             self._session.sudo_rejected()
-        return _checked(request, answers.result(done))
+        return answers.result(done)
 
     def _start(self, size: int, timeout: float) -> tuple[Channel, _Answers, list[bytes]]:
         """Start the agent that the host keeps, or one of ``size`` bytes that comes first.
@@ -265,22 +264,6 @@ def _parse(text: bytes) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _checked(request: Mapping[str, Any], answer: dict[str, Any]) -> dict[str, Any]:
-    if (expected := ANSWERS.get(str(request.get("verb")))) is not None:
-        check_type(answer, expected, f"the answer to `{request['verb']}`")
-    return answer
-
-
-def check_type(value: Any, expected: Any, what: str) -> None:
-    """Raises ``HostError`` if ``value`` from a host, called ``what``, is not of the type ``expected``."""
-    if problem := mismatch(value, expected):
-        raise HostError(
-            Kind.PROTOCOL,
-            f"{what} does not fit: {printable(problem.encode())[:300]}",
-            "is it the right host, and its Python intact?",
-        )
-
-
 def _reported(error: Mapping[str, Any]) -> HostError:
     """The error that the agent reports: refused or failed; any other kind is a protocol error."""
     kinds = (Kind.REFUSED, Kind.FAILED)
@@ -337,12 +320,4 @@ def _no_sudo(done: Output, complaint: str) -> HostError:
         f"no root on this host: {complaint}",
         "log in as root, let this user run sudo without a password (NOPASSWD in /etc/sudoers.d), "
         "or give its password with SWARMCTL_SUDO_PASSWORD_FILE (docs/hosts.md)",
-    )
-
-
-def printable(text: bytes) -> str:
-    """Returns text from a host, harmless on a terminal: control characters are escaped."""
-    return "".join(
-        char if char.isprintable() else char.encode("unicode_escape").decode()
-        for char in text.decode("utf-8", "backslashreplace")
     )

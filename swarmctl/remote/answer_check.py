@@ -1,22 +1,27 @@
-"""Compares JSON from a host with the type that it should have, and makes values of it."""
+"""JSON from a host: within bounds, and as a value of the type that it should have."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import is_dataclass
+import sys
+from collections.abc import Callable, Iterable
 from functools import lru_cache, partial
 from itertools import islice
-from types import NoneType, UnionType
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is_typeddict
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
+
+from swarmctl.remote.transport import HostError, Kind
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
+T = TypeVar("T")
 
 DEEPEST = 32  # levels of lists and objects in one answer
+_LONGEST_COMPLAINT = 300  # characters
 _LARGEST = 1 << 63
 _LONGEST_NUMBER = 40  # characters
-_LONGEST_TEXT = 300  # of a value
-_MOST = 20_000  # entries of one list or mapping of a value
-_NAMES = {str: "text", bool: "true or false", int: "a whole number", float: "a number", NoneType: "null"}
+_MOST = 20_000  # entries of one list or object
 
 
 def parsed(text: str | bytes) -> Any:
@@ -64,91 +69,60 @@ def _encodable(text: str) -> bool:
     return True
 
 
-def mismatch(value: Any, expected: Any, where: str = "the answer") -> str:
-    """The first part of ``value`` that is not of the type ``expected``, as text; empty if all of it fits.
-
-    ``expected`` is a TypedDict, a named tuple, a union, a Literal, Any, or a list, dict or scalar of JSON.
-    Unknown keys are ignored.
-    """
-    if expected is Any:
-        return ""
-    if is_typeddict(expected) or _is_named_tuple(expected):
-        return _object_mismatch(value, expected, where)
-    origin, inner = get_origin(expected), get_args(expected)
-    if origin is Literal:
-        return "" if value in inner and isinstance(value, str) else f"{where} is none of {', '.join(inner)}"
-    if origin in (Union, UnionType):
-        found = [mismatch(value, one, where) for one in inner]
-        return "" if "" in found else f"{where} is not {' or '.join(_name(one) for one in inner)}"
-    if origin is list:
-        if not isinstance(value, list):
-            return f"{where} is not a list"
-        return _first(mismatch(one, inner[0], f"{where}[{index}]") for index, one in enumerate(value))
-    if origin is dict:
-        if not isinstance(value, dict):
-            return f"{where} is not an object"
-        return _first(mismatch(one, inner[1], f"{where}.{key[:80]}") for key, one in value.items())
-    return "" if _is_scalar(value, expected) else f"{where} is not {_name(expected)}"
+def cut(value: Any, longest_text: int) -> Any:
+    """Returns JSON with texts of at most ``longest_text`` characters, and without endless lists."""
+    if isinstance(value, str):
+        return value[:longest_text]
+    if isinstance(value, list):
+        return [cut(one, longest_text) for one in value[:_MOST]]
+    if isinstance(value, dict):
+        first = islice(value.items(), _MOST)
+        return {name[:longest_text]: cut(one, longest_text) for name, one in first}
+    return value
 
 
-def _object_mismatch(value: Any, expected: Any, where: str) -> str:
-    if not isinstance(value, dict):
-        return f"{where} is not an object"
-    required = expected.__required_keys__ if is_typeddict(expected) else set(expected._fields)
-    if missing := sorted(required - value.keys()):
-        return f"{where} has no `{missing[0]}`"
-    types = types_of(expected)
-    return _first(mismatch(value[key], types[key], f"{where}.{key}") for key in types if key in value)
+def of_note(text: str, kind: type[T], what: str) -> T:
+    """Returns the value of a note, the JSON of a ``kind``. Raises ``HostError``."""
+    try:
+        found = parsed(text)
+    except ValueError:
+        raise HostError(Kind.PROTOCOL, f"{what} cannot be read") from None
+    return checked(found, kind, what)
+
+
+def checked(found: Any, kind: type[T], what: str) -> T:
+    """Returns JSON from a host, called ``what``, as a ``kind``. Raises ``HostError`` if it is none."""
+    from pydantic import ValidationError  # noqa: PLC0415  (takes long to load; `stop` sends its request first)
+
+    try:
+        value: T = _adapter(kind).validate_python(found, strict=True)  # type: ignore[arg-type]
+        return value
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        place = ".".join(str(one)[:80] for one in first["loc"])
+        problem = f"{place}: {first['msg']}" if place else first["msg"]
+    raise HostError(
+        Kind.PROTOCOL,
+        f"{what} does not fit: {printable(problem.encode(errors='replace'))[:_LONGEST_COMPLAINT]}",
+        "is it the right host, and its Python intact?",
+    )
 
 
 @lru_cache
-def types_of(kind: type) -> Mapping[str, Any]:
-    """The types of a class's fields by name, evaluated."""
-    return get_type_hints(kind, localns={"Literal": Literal})  # a host does not import `typing`
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    from pydantic import TypeAdapter  # noqa: PLC0415
+    from typing_extensions import is_typeddict  # noqa: PLC0415
+
+    # Modules of the agent do not import `typing` on a host, where loading it takes long.
+    for name, module in list(sys.modules.items()):
+        if name.startswith("swarm_onboard."):
+            vars(module).update({"Any": Any, "Literal": Literal} | vars(module))
+    return TypeAdapter(kind, config=None if is_typeddict(kind) else {"allow_inf_nan": False})
 
 
-def _is_scalar(value: Any, expected: type) -> bool:
-    """JSON also has NaN, integers beyond any float, and booleans, which Python counts as integers."""
-    if expected in (int, float):
-        numbers = (int,) if expected is int else (int, float)
-        return (
-            isinstance(value, numbers)
-            and not isinstance(value, bool)
-            and abs(value) < _LARGEST
-            and math.isfinite(value)
-        )
-    return isinstance(value, expected)
-
-
-def _first(found: Iterable[str]) -> str:
-    return next((one for one in found if one), "")
-
-
-def _name(expected: Any) -> str:
-    return _NAMES.get(expected, "what it should be")
-
-
-def value_of(kind: Any, data: Any) -> Any:
-    """Returns JSON that fits ``kind`` as a value of that type, of bounded size.
-
-    What is missing or null in an object has the default of a dataclass.
-    """
-    if _is_named_tuple(kind):
-        types = types_of(kind)
-        return kind(*(None if data[name] is None else value_of(types[name], data[name]) for name in types))
-    if isinstance(kind, type) and is_dataclass(kind):
-        types = types_of(kind)
-        given = ((name, one) for name, one in data.items() if name in types and one is not None)
-        return kind(**{name: value_of(types[name], one) for name, one in given})
-    origin, inner = get_origin(kind), get_args(kind)
-    if origin is UnionType:
-        return value_of(inner[0], data)
-    if origin is Mapping:
-        return {name[:_LONGEST_TEXT]: value_of(inner[1], one) for name, one in islice(data.items(), _MOST)}
-    if origin is tuple:
-        return tuple(value_of(inner[0], one) for one in data[:_MOST])
-    return data[:_LONGEST_TEXT] if kind is str else data
-
-
-def _is_named_tuple(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
+def printable(text: bytes) -> str:
+    """Returns text from a host, harmless on a terminal: control characters are escaped."""
+    return "".join(
+        char if char.isprintable() else char.encode("unicode_escape").decode()
+        for char in text.decode("utf-8", "backslashreplace")
+    )

@@ -9,26 +9,22 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.agent_archive import DEPLOY_VERBS, agent
-from swarmctl.remote.agent_client import agent_session, printable
-from swarmctl.remote.answer_check import parsed
+from swarmctl.remote.agent_client import agent_session
+from swarmctl.remote.answer_check import checked, cut
 from swarmctl.remote.parallel_hosts import Event
-from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
+from swarmctl.remote.transport import AgentSession, Session, Target, Transport
 
 if TYPE_CHECKING:
-    from pydantic import TypeAdapter
     from swarm_onboard.agent.rpc import Report
 
 Q = TypeVar("Q", bound=tuple[Any, ...])
 A = TypeVar("A", bound=tuple[Any, ...])
 Handle = Callable[[Q, bytes, "Report"], A]
 """The function of a verb that runs on the host."""
-
-_LONGEST_COMPLAINT = 300  # characters
 
 
 def verb_of(handle: Callable[..., Any]) -> str:
@@ -44,12 +40,18 @@ def ask(
     *,
     on_note: Callable[[str], None] | None = None,
     timeout: float = 60.0,
+    longest_text: int | None = None,
 ) -> A:
-    """Returns the answer of ``host``. Raises ``HostError``, as ``AgentSession.request`` does."""
+    """Returns the answer of ``host``. Raises ``HostError``, as ``AgentSession.request`` does.
+
+    ``longest_text``: characters after which each text of the answer is cut.
+    """
     verb = verb_of(handle)
     fields: dict[str, Any] = request._asdict()  # type: ignore[attr-defined]
     found = host.request({"verb": verb, **fields}, payload, on_note=on_note, timeout=timeout)
     kind: type[A] = sys.modules[handle.__module__].Answer
+    if longest_text is not None:
+        found = cut(found, longest_text)
     return checked(found, kind, f"the answer to `{verb}`")
 
 
@@ -78,41 +80,3 @@ def ask_each(
     return parallel_hosts.run(
         (targets[one] for one in requests), work, transport=transport, parallel=parallel
     )
-
-
-def of_note(text: str, kind: type[A], what: str) -> A:
-    """Returns the value of a note, the JSON of a ``kind``. Raises ``HostError``."""
-    try:
-        found = parsed(text)
-    except ValueError:
-        raise HostError(Kind.PROTOCOL, f"{what} cannot be read") from None
-    return checked(found, kind, what)
-
-
-def checked(found: Any, kind: type[A], what: str) -> A:
-    """Returns JSON from a host, called ``what``, as a ``kind``. Raises ``HostError`` if it is none."""
-    from pydantic import ValidationError  # noqa: PLC0415  (takes long to load; `stop` sends its request first)
-
-    try:
-        value: A = _adapter(kind).validate_python(found)
-        return value
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-        place = ".".join(str(one)[:80] for one in first["loc"])
-        problem = f"{place}: {first['msg']}" if place else first["msg"]
-    raise HostError(
-        Kind.PROTOCOL,
-        f"{what} does not fit: {printable(problem.encode(errors='replace'))[:_LONGEST_COMPLAINT]}",
-        "is it the right host, and its Python intact?",
-    )
-
-
-@lru_cache
-def _adapter(kind: type[A]) -> TypeAdapter[A]:
-    from pydantic import TypeAdapter  # noqa: PLC0415
-
-    # Modules of the agent do not import `typing` on a host, where loading it takes long.
-    for name, module in list(sys.modules.items()):
-        if name.startswith("swarm_onboard."):
-            vars(module).update({"Any": Any, "Literal": Literal} | vars(module))
-    return TypeAdapter(kind, config={"strict": True, "allow_inf_nan": False})

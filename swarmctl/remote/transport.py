@@ -132,7 +132,7 @@ class AgentSession(Protocol):
         on_note: Callable[[str], None] | None = None,
         timeout: float = 60.0,
     ) -> Any:
-        """The agent's answer to ``request``, of the type that swarm_onboard.agent.messages has for its verb.
+        """The agent's answer to ``request``, the JSON of an ``Answer`` of its verb.
 
         Raises ``HostError``. After an error that the agent reports (refused, failed, unknown verb) another
         request may follow; after any other the agent is gone, and every further request fails.

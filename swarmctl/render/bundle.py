@@ -9,10 +9,16 @@ from typing import Literal
 
 from swarm_onboard.agent import paths
 from swarm_onboard.agent.manifest import FORMAT
-from swarm_onboard.agent.manifest_json import FileData, ManifestData
 
 from swarmctl.plugins import MIDDLEWARES
-from swarmctl.render.manifest import digest_of, manifest_bytes, release_digest, unit_data
+from swarmctl.render.manifest import (
+    FileData,
+    ManifestData,
+    digest_of,
+    manifest_bytes,
+    release_digest,
+    unit_data,
+)
 
 #: The folder of every swarm on a host.
 ROOT = paths.ROOT

@@ -1,4 +1,4 @@
-"""The manifest of a release, in the types that the agent reads (swarm_onboard.agent.manifest_json)."""
+"""The manifest of a release: the JSON that the agent reads (swarm_onboard.agent.manifest)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,41 @@ from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from json.encoder import encode_basestring_ascii as _quoted
 
-from swarm_onboard.agent.manifest_json import ManifestData, UnitData
+from typing_extensions import NotRequired, TypedDict  # pydantic checks no other before Python 3.12
+
+
+class FileData(TypedDict):
+    """One file in the JSON; ``size`` in bytes."""
+
+    sha256: str
+    mode: int
+    size: int
+
+
+class UnitData(TypedDict):
+    """One unit in the JSON. ``needs``: the files whose change restarts it; ``digest``: of their contents;
+    ``robot``: the one that it drives, or empty; ``fixed``: the digest without what its program takes while it
+    runs, if there is any; ``secrets``: those that it reads."""
+
+    name: str
+    needs: list[str]
+    robot: str
+    digest: str
+    fixed: NotRequired[str]
+    secrets: NotRequired[list[str]]
+
+
+class ManifestData(TypedDict):
+    """``manifest.json``. ``links`` and ``blocks``: absolute path on the host to a file of the release."""
+
+    format: int
+    swarm: str
+    host: str
+    files: dict[str, FileData]
+    units: list[UnitData]
+    links: dict[str, str]
+    blocks: dict[str, str]
+    secrets: NotRequired[list[str]]
 
 
 def digest_of(content: bytes) -> str:

@@ -11,19 +11,19 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from swarm_onboard.agent.probe_messages import ProbeRequest
 from swarm_onboard.agent.verbs import telemetry
+from swarm_onboard.agent.verbs.probe import Answer, Request
 from swarm_onboard.agent.verbs.telemetry import RobotTelemetry, Telemetry
 from swarm_onboard.ros2_probe import discovery
 
+from swarmctl.health.collect import probed
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.host_logs import VERBS, HostReader, Question
 from swarmctl.health.log_entries import Entry
-from swarmctl.health.observations import Answer
-from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import request
 from swarmctl.remote import agent_client
-from swarmctl.remote.ask import ask, of_note
+from swarmctl.remote.answer_check import of_note
+from swarmctl.remote.ask import ask
 from swarmctl.remote.parallel_hosts import Stop, bugs_as_errors
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
@@ -137,10 +137,10 @@ class Watch:
                     threading.Thread(target=self._follow, args=(host, session, stop), daemon=True).start()
                 while not stop.requested:
                     host.news.clear()
-                    data = agent.request(host.request, timeout=_PATIENCE)
+                    answer = probed(agent, host.request, _PATIENCE)
                     if host.bug is not None:
                         raise host.bug
-                    self._take(host, answer_of(data, received=time.time()), stop)
+                    self._take(host, answer, stop)
                     host.news.wait(_PAUSE)
             finally:
                 if host.session is session:  # another page may have opened since
@@ -185,7 +185,7 @@ class _Watched:
         self.name, self.target, self.robots, self.probe = host.name, target, host.robots, host.probe
         self.request = request(graph, host, WINDOW)
         self.longest = _listening(self.request) + _PAUSE + _OVERDUE
-        self.longest += _DISCOVERY if self.request["expected"] else 0.0
+        self.longest += _DISCOVERY if self.request.expected else 0.0
         devices = {robot.name: robot.device for robot in host.robots if robot.device}
         self.telemetry = telemetry.Request(graph.swarm, devices, PERIOD, _TURN)
         self.news = threading.Event()
@@ -206,9 +206,9 @@ def _trouble(one: RobotTelemetry) -> tuple[str, bool]:
     return one.trouble, one.held
 
 
-def _listening(one: ProbeRequest) -> float:
+def _listening(one: Request) -> float:
     """How long the host listens to topics, s."""
-    topics = [*(node["topics"] for node in one["nodes"]), *one["launched"].values()]
+    topics = [*one.nodes.values(), *one.launched.values()]
     return max((seconds for of_node in topics for seconds in of_node.values()), default=0.0)
 
 

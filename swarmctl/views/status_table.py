@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from rich.cells import cell_len
 from rich.text import Text
+from swarm_onboard.agent.systemd import UnitState
 
 from swarmctl.health.checks.topic import LOWEST_SHARE
-from swarmctl.health.observations import UnitSeen
 from swarmctl.health.swarm_health import BridgeRow, HostRow, ProgramRow, RobotRow, TopicRow
 from swarmctl.health.verdict import State
 from swarmctl.swarm.topics import DIAGNOSTICS
@@ -186,7 +186,7 @@ def _program(program: ProgramRow) -> tuple[State, tuple[str, ...]]:
     return program.state, (f"  {program.name}", program.state.value, _driver(program.unit), "", node, details)
 
 
-def _driver(unit: UnitSeen | None) -> str:
+def _driver(unit: UnitState | None) -> str:
     if unit is None or unit.load == "not-found":
         return ""
     return "skipped" if unit.skipped else clean(unit.sub or unit.active, _WIDEST)

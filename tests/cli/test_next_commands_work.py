@@ -10,7 +10,6 @@ import shlex
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -264,7 +263,7 @@ def test_after_a_status(
     def ask(graph: Any, *_: Any, **__: Any) -> dict[str, Any]:
         answers = all_well()
         made: dict[str, Any] = {
-            host.name: replace(answers[host.name], release=host.release.digest) for host in graph.hosts
+            host.name: answers[host.name]._replace(release=host.release.digest) for host in graph.hosts
         }
         spoilt = {"bare": nothing_deployed(answers["k3-pi"]), "away": AWAY, "key": NEW_KEY}
         return made | ({"k3-pi": spoilt[seen]} if seen in spoilt else {})

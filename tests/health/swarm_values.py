@@ -7,22 +7,16 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from swarm_onboard.agent.observations import DeviceSeen, MasterSeen, NodeSeen, Report, SenderSeen, TopicSeen
+from swarm_onboard.agent.systemd import UnitState
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health.expected_graph import (
     ExpectedGraph,
     ExpectedHost,
     ExpectedRobot,
     Release,
     expected_graph,
-)
-from swarmctl.health.observations import (
-    Answer,
-    DeviceSeen,
-    MasterSeen,
-    NodeSeen,
-    Report,
-    SenderSeen,
-    TopicSeen,
-    UnitSeen,
 )
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.resolved import Swarm
@@ -74,7 +68,7 @@ def with_optional(name: str) -> ExpectedGraph:
     return replace(graph(), hosts=hosts)
 
 
-RUNNING = UnitSeen("loaded", "active", "running", "success", "", 42, 0, 0, False)
+RUNNING = UnitState("loaded", "active", "running", "success", "", 42, 0, 0, False)
 
 
 def well(host: ExpectedHost) -> Answer:
@@ -82,7 +76,7 @@ def well(host: ExpectedHost) -> Answer:
     return Answer(
         release=host.release.digest,
         units={
-            name: replace(RUNNING, sub="active", pid=0) if name == TARGET else RUNNING
+            name: RUNNING._replace(sub="active", pid=0) if name == TARGET else RUNNING
             for name in host.release.units
         },
         master=MasterSeen(True, "", "run-1", 0.0008 if host.is_hub else 0.0041),
@@ -119,27 +113,27 @@ Spoil = Callable[[Answer], Answer]
 
 
 def with_unit(name: str, **changes: Any) -> Spoil:
-    return lambda answer: replace(
-        answer, units={**answer.units, name: replace(answer.units[name], **changes)}
+    return lambda answer: answer._replace(
+        units={**answer.units, name: answer.units[name]._replace(**changes)}
     )
 
 
 def with_node(robot: str, **changes: Any) -> Spoil:
     name = f"/{robot}/driver"
-    return lambda answer: replace(
-        answer, nodes={**answer.nodes, name: replace(answer.nodes[name], **changes)}
+    return lambda answer: answer._replace(
+        nodes={**answer.nodes, name: answer.nodes[name]._replace(**changes)}
     )
 
 
 def with_device(robot: str, **changes: Any) -> Spoil:
     path = next(one.device for one in graph().robots if one.name == robot)
-    return lambda answer: replace(answer, devices={path: replace(answer.devices[path], **changes)})
+    return lambda answer: answer._replace(devices={path: answer.devices[path]._replace(**changes)})
 
 
 def with_topic(robot: str, topic: str, **changes: Any) -> Spoil:
     def spoil(answer: Answer) -> Answer:
         found = answer.nodes[f"/{robot}/driver"]
-        topics = {**found.topics, topic: replace(found.topics[topic], **changes)}
+        topics = {**found.topics, topic: found.topics[topic]._replace(**changes)}
         return with_node(robot, topics=topics)(answer)
 
     return spoil
@@ -153,8 +147,7 @@ def with_senders(robot: str, **hosts: str) -> Spoil:
         seen = {
             f"/{node}": SenderSeen(host, {command: "geometry_msgs/Twist"}) for node, host in hosts.items()
         }
-        return replace(
-            answer,
+        return answer._replace(
             commanders={**answer.commanders, command: tuple(seen)},
             senders={**answer.senders, **seen},
         )
@@ -163,11 +156,11 @@ def with_senders(robot: str, **hosts: str) -> Spoil:
 
 
 def with_master(**changes: Any) -> Spoil:
-    return lambda answer: replace(answer, master=replace(answer.master, **changes))  # type: ignore[type-var]
+    return lambda answer: answer._replace(master=answer.master._replace(**changes))  # type: ignore[type-var]
 
 
 def changed(**changes: Any) -> Spoil:
-    return lambda answer: replace(answer, **changes)
+    return lambda answer: answer._replace(**changes)
 
 
 def both(*spoils: Spoil) -> Spoil:
@@ -194,14 +187,13 @@ def no_serial_port(robot: str) -> Spoil:
 
 def nothing_deployed(answer: Answer) -> Answer:
     """A host as it comes from the shop."""
-    gone = UnitSeen("not-found", "inactive", "dead", "success", "", 0, 0, 0, False)
-    return replace(
-        answer,
+    gone = UnitState("not-found", "inactive", "dead", "success", "", 0, 0, 0, False)
+    return answer._replace(
         release=None,
         units=dict.fromkeys(answer.units, gone),
         nodes={
-            name: replace(one, registered=False, alive=None, error="unknown node")
+            name: one._replace(registered=False, alive=None, error="unknown node")
             for name, one in answer.nodes.items()
         },
-        devices={path: replace(one, exists=False) for path, one in answer.devices.items()},
+        devices={path: one._replace(exists=False) for path, one in answer.devices.items()},
     )

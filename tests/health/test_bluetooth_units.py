@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from swarmctl.health.diagnosis import diagnose
@@ -38,8 +37,8 @@ def test_units_that_are_skipped_for_one_reason_stand_once(tmp_path: Path) -> Non
     bluetooth = [name for name in units if name.endswith((".pair.service", ".rfcomm.service"))]
     assert len(bluetooth) == 12
     seen = answers["pi"].units
-    without = {name: replace(seen[name], **NO_ADAPTER) for name in bluetooth}
-    answers["pi"] = replace(answers["pi"], units={**seen, **without})
+    without = {name: seen[name]._replace(**NO_ADAPTER) for name in bluetooth}
+    answers["pi"] = answers["pi"]._replace(units={**seen, **without})
     text = view.status(status(graph, answers, diagnose(graph, answers))).plain
     pairing, line = (f"unit swarm-pucks.ep-[1-6].{what}.service on pi" for what in ("pair", "rfcomm"))
     assert [line for line in text.splitlines() if line.startswith("- ")] == [

@@ -8,10 +8,11 @@ from functools import cache
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.observations import ForeignNode, GraphSeen, MasterSeen, NodeSeen, Report
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, MasterSeen, NodeSeen, Report
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
@@ -84,14 +85,14 @@ def all_well() -> dict[str, Any]:
     answers = {
         host.name: joined(well(host), f"/multimaster_{host.name.replace('-', '_')}") for host in graph().hosts
     }
-    answers["laptop"] = replace(answers["laptop"], graph=seen(BOTH, K3_SYNC, DRIVER_AWAY))
-    answers["k3-pi"] = replace(answers["k3-pi"], graph=seen(BOTH, LAPTOP_SYNC, TELEOP_AWAY))
+    answers["laptop"] = answers["laptop"]._replace(graph=seen(BOTH, K3_SYNC, DRIVER_AWAY))
+    answers["k3-pi"] = answers["k3-pi"]._replace(graph=seen(BOTH, LAPTOP_SYNC, TELEOP_AWAY))
     return answers
 
 
 def joined(answer: Answer, node: str, **changes: Any) -> Answer:
     sync = NodeSeen(True, True, "", 42, "", {}, {}, {}, Report(0, "1 of 1 peers connected"))
-    return replace(answer, nodes={**answer.nodes, node: replace(sync, **changes)})
+    return answer._replace(nodes={**answer.nodes, node: sync._replace(**changes)})
 
 
 def shape(found: Diagnosis) -> dict[str, tuple[str, list[str]]]:
@@ -107,7 +108,7 @@ def reported(found: Diagnosis, key: str) -> tuple[State, str]:
 
 def on(host: str, **changes: Any) -> dict[str, Any]:
     answers = all_well()
-    return {**answers, host: replace(answers[host], **changes)}
+    return {**answers, host: answers[host]._replace(**changes)}
 
 
 def test_what_crosses_as_it_should_is_healthy() -> None:
@@ -120,8 +121,8 @@ def test_what_crosses_as_it_should_is_healthy() -> None:
 def test_where_nobody_commands_by_hand_nothing_is_missing() -> None:
     answers = all_well()
     here = {ODOM: BOTH[ODOM], COMMANDS: {}}
-    answers["laptop"] = replace(answers["laptop"], graph=seen(here, K3_SYNC, DRIVER_AWAY))
-    answers["k3-pi"] = replace(answers["k3-pi"], graph=seen(here, LAPTOP_SYNC))
+    answers["laptop"] = answers["laptop"]._replace(graph=seen(here, K3_SYNC, DRIVER_AWAY))
+    answers["k3-pi"] = answers["k3-pi"]._replace(graph=seen(here, LAPTOP_SYNC))
     found = diagnose(graph(), answers)
     assert found.healthy
     assert reported(found, COMMAND_BRIDGE) == (State.SKIPPED, "no publisher on laptop at the moment")
@@ -162,7 +163,7 @@ def test_another_type_under_the_same_name_is_bad() -> None:
 
 def test_a_second_publisher_of_another_type_is_named() -> None:
     second = {**BOTH, ODOM: {"/k3/driver": DRIVER, "/fake": "http://192.168.77.10:9/"}}
-    found = diagnose(graph(), on("laptop", graph=replace(seen(second), types={ODOM: "std_msgs/String"})))
+    found = diagnose(graph(), on("laptop", graph=seen(second)._replace(types={ODOM: "std_msgs/String"})))
     assert reported(found, ODOM_BRIDGE)[1] == (
         "/fake of laptop publishes it as well at laptop, where it has type std_msgs/String "
         "instead of nav_msgs/Odometry"
@@ -185,7 +186,7 @@ def test_a_peer_that_is_away_explains_what_does_not_cross() -> None:
 def test_a_master_that_is_away_explains_its_lost_peers() -> None:
     answers = all_well()
     silent = MasterSeen(error="no answer within 2 s")
-    answers["k3-pi"] = replace(answers["k3-pi"], master=silent, nodes={}, graph=None)
+    answers["k3-pi"] = answers["k3-pi"]._replace(master=silent, nodes={}, graph=None)
     lost = Report(1, "0 of 1 peers connected; k3-pi: no answer within 2 s")
     answers["laptop"] = joined(answers["laptop"], "/multimaster_laptop", report=lost)
     causes = shape(diagnose(graph(), answers))
@@ -196,23 +197,22 @@ def test_a_master_that_is_away_explains_its_lost_peers() -> None:
 def test_a_dead_multimaster_explains_its_topics_and_no_others() -> None:
     answers = all_well()
     unit = f"unit {MULTIMASTER} on laptop"
-    dead = replace(answers["laptop"].units[MULTIMASTER], active="failed", sub="failed", result="signal")
+    dead = answers["laptop"].units[MULTIMASTER]._replace(active="failed", sub="failed", result="signal")
     lost = joined(answers["laptop"], "/multimaster_laptop", registered=False)
-    answers["laptop"] = replace(
-        lost, units={**lost.units, MULTIMASTER: dead}, graph=seen({**BOTH, ODOM: {}}, K3_SYNC)
+    answers["laptop"] = lost._replace(
+        units={**lost.units, MULTIMASTER: dead}, graph=seen({**BOTH, ODOM: {}}, K3_SYNC)
     )
     assert shape(diagnose(graph(), answers)) == {unit: ("bad", [SYNC_LAPTOP, ODOM_BRIDGE])}
 
 
 def test_a_dead_driver_explains_its_missing_publisher() -> None:
     answers = all_well()
-    k3 = replace(answers["k3-pi"].nodes["/k3/driver"], registered=False)
-    answers["k3-pi"] = replace(
-        answers["k3-pi"],
+    k3 = answers["k3-pi"].nodes["/k3/driver"]._replace(registered=False)
+    answers["k3-pi"] = answers["k3-pi"]._replace(
         nodes={**answers["k3-pi"].nodes, "/k3/driver": k3},
         graph=seen({**BOTH, ODOM: {}}, LAPTOP_SYNC, TELEOP_AWAY),
     )
-    answers["laptop"] = replace(answers["laptop"], graph=seen({**BOTH, ODOM: {}}, K3_SYNC))
+    answers["laptop"] = answers["laptop"]._replace(graph=seen({**BOTH, ODOM: {}}, K3_SYNC))
     assert shape(diagnose(graph(), answers)) == {"driver k3": ("bad", [ODOM_BRIDGE])}
 
 
@@ -251,8 +251,9 @@ def test_a_part_of_the_swarm_is_judged_by_itself() -> None:
 def test_hubs_are_probed_for_bridged_topics_and_own_addresses() -> None:
     laptop = graph().hosts[0]
     probe = request(graph(), laptop, 2.0)
-    assert probe["graph"] == {"topics": [COMMANDS, ODOM], "own": ["192.168.77.10", "laptop"]}
-    assert probe["nodes"][-1] == {"name": "/multimaster_laptop", "topics": {"/diagnostics": 2.5}}
+    assert probe.graph
+    assert (probe.bridged, probe.own) == ([COMMANDS, ODOM], ["192.168.77.10", "laptop"])
+    assert probe.nodes["/multimaster_laptop"] == {"/diagnostics": 2.5}
 
 
 def test_the_table_shows_what_each_hub_receives() -> None:

@@ -7,12 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.observations import PeerSeen, SenderSeen, UnconnectedSeen
+from swarm_onboard.agent.verbs.probe import Answer
 from swarm_onboard.host_checks.address import Seen as AddressSeen
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.observations import Answer, PeerSeen, SenderSeen, UnconnectedSeen
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from tests.health import swarm_values as leader
@@ -36,10 +37,10 @@ def seen(
 ) -> dict[str, Any]:
     """The answers of all hosts, with the peers and the ports of some."""
     answers: dict[str, Any] = {
-        name: replace(one, peers=peers.get(name, {}), listening=listening.get(name, ()))
+        name: one._replace(peers=peers.get(name, {}), listening=listening.get(name, ()))
         for name, one in all_well().items()
     }
-    return {**answers, LAPTOP: replace(answers[LAPTOP], **of_laptop)}
+    return {**answers, LAPTOP: answers[LAPTOP]._replace(**of_laptop)}
 
 
 def found(diagnosis: Diagnosis, key: str) -> tuple[str, str]:
@@ -57,7 +58,7 @@ CASES: dict[str, tuple[PeerSeen, dict[str, tuple[int, ...]], list[str]]] = {
     "publishes nothing for this host": (closed(LAPTOP, 40001, "/other/cmd_vel"), SLAVE, []),
     "on the same host": (closed(K3_PI, 40001, "/k3/cmd_vel"), {K3_PI: (40001,)}, []),
     "on a host outside of the swarm": (
-        replace(closed(LAPTOP, 40001, "/k3/cmd_vel"), uri="http://10.9.9.9:40001/"),
+        closed(LAPTOP, 40001, "/k3/cmd_vel")._replace(uri="http://10.9.9.9:40001/"),
         SLAVE,
         [],
     ),
@@ -167,31 +168,31 @@ def test_a_program_connects_to_what_it_subscribes_to(node: str, name: str, port:
 
 def test_a_request_has_what_nodes_of_the_host_connect_to() -> None:
     requests = {host.name: request(with_program(), host, 2.0) for host in with_program().hosts}
-    assert requests[LAPTOP]["peers"] == ["/k3/driver", "/epuck/driver"]
-    assert requests[LAPTOP]["inputs"] == ["/koala/cmd_vel", "/k3/odom"]
-    assert (requests[K3_PI]["peers"], requests[K3_PI]["inputs"]) == ([], ["/k3/cmd_vel"])
+    assert requests[LAPTOP].peers == ["/k3/driver", "/epuck/driver"]
+    assert requests[LAPTOP].inputs == ["/koala/cmd_vel", "/k3/odom"]
+    assert (requests[K3_PI].peers, requests[K3_PI].inputs) == ([], ["/k3/cmd_vel"])
 
 
 def test_a_master_connects_to_no_node_of_another_island() -> None:
     shown = isles.graph()
-    assert [request(shown, host, 2.0)["peers"] for host in shown.hosts] == [[], []]
+    assert [request(shown, host, 2.0).peers for host in shown.hosts] == [[], []]
 
 
 def test_a_publisher_of_another_island_is_connected_to_directly() -> None:
     teleop = PeerSeen(isles.TELEOP, (isles.COMMANDS,), 4002, "192.168.77.10:4002: timed out")
     answers: dict[str, Answer] = isles.all_well()
-    answers["k3-pi"] = replace(answers["k3-pi"], peers={"/teleop": teleop})
-    answers["laptop"] = replace(answers["laptop"], listening=(4002,))
+    answers["k3-pi"] = answers["k3-pi"]._replace(peers={"/teleop": teleop})
+    answers["laptop"] = answers["laptop"]._replace(listening=(4002,))
     causes = shape(diagnose(isles.graph(), answers))
     assert causes["connection /k3/driver on k3-pi to /teleop on laptop"] == ("bad", [])
 
 
 def test_a_subscriber_of_a_bridged_topic_connects_to_its_driver() -> None:
-    assert request(isles.graph(), isles.graph().hosts[0], 2.0)["inputs"] == ["/koala/cmd_vel", isles.ODOM]
+    assert request(isles.graph(), isles.graph().hosts[0], 2.0).inputs == ["/koala/cmd_vel", isles.ODOM]
     driver = PeerSeen(isles.DRIVER, (isles.ODOM,), 4001, "192.168.77.11:4001: timed out")
     answers: dict[str, Answer] = isles.all_well()
-    answers["laptop"] = replace(answers["laptop"], peers={"/k3/driver": driver})
-    answers["k3-pi"] = replace(answers["k3-pi"], listening=(4001,))
+    answers["laptop"] = answers["laptop"]._replace(peers={"/k3/driver": driver})
+    answers["k3-pi"] = answers["k3-pi"]._replace(listening=(4001,))
     key = "connection a subscriber on laptop to /k3/driver on k3-pi"
     diagnosis = diagnose(isles.graph(), answers)
     assert shape(diagnosis) == {key: ("bad", [])}
@@ -205,7 +206,7 @@ TO_PILOT = UnconnectedSeen("/k3/driver", "/pilot", "http://192.168.77.10:40001",
 
 def without_connection(*pairs: UnconnectedSeen, **seen_peers: Any) -> Diagnosis:
     answers = seen(seen_peers.get("peers", {}), TOPICS)
-    return diagnose(graph(), {**answers, K3_PI: replace(answers[K3_PI], unconnected=pairs)})
+    return diagnose(graph(), {**answers, K3_PI: answers[K3_PI]._replace(unconnected=pairs)})
 
 
 def test_a_subscriber_without_a_connection_is_a_fault() -> None:
@@ -222,7 +223,7 @@ def test_a_subscriber_without_a_connection_is_a_fault() -> None:
 def test_two_definitions_of_a_type_are_the_reason_if_both_are_known(
     own: str, theirs: str, named: bool
 ) -> None:
-    pair = replace(TO_PILOT, type="geometry_msgs/Twist", md5=own, publisher_md5=theirs)
+    pair = TO_PILOT._replace(type="geometry_msgs/Twist", md5=own, publisher_md5=theirs)
     text, hint = found(without_connection(pair), SUBSCRIBED)
     assert text.startswith("geometry_msgs/Twist is another message (MD5 sum 9f195f88 here, ") is named
     assert ("the same version of geometry_msgs" in hint) is named
@@ -230,27 +231,27 @@ def test_two_definitions_of_a_type_are_the_reason_if_both_are_known(
 
 @pytest.mark.parametrize("theirs", ["std_msgs/String", "*", "", "geometry_msgs/Twist"])
 def test_two_types_are_the_reason_if_both_are_known(theirs: str) -> None:
-    pair = replace(TO_PILOT, type="geometry_msgs/Twist", publisher_type=theirs)
+    pair = TO_PILOT._replace(type="geometry_msgs/Twist", publisher_type=theirs)
     text = found(without_connection(pair), SUBSCRIBED)[0]
     sent = "it subscribes to geometry_msgs/Twist, and the publisher sends std_msgs/String: nothing arrives on"
     assert text.startswith(sent) is (theirs == "std_msgs/String")
 
 
 def test_a_wrong_type_of_commands_is_one_cause() -> None:
-    pair = replace(TO_PILOT, type="geometry_msgs/Twist", publisher_type="std_msgs/String")
+    pair = TO_PILOT._replace(type="geometry_msgs/Twist", publisher_type="std_msgs/String")
     sender = {"/pilot": SenderSeen("192.168.77.10", {"/k3/cmd_vel": "std_msgs/String"})}
     answers = seen({}, {}, commanders={"/k3/cmd_vel": ("/pilot",)}, senders=sender)
-    wrong = diagnose(graph(), {**answers, K3_PI: replace(answers[K3_PI], unconnected=(pair,))})
+    wrong = diagnose(graph(), {**answers, K3_PI: answers[K3_PI]._replace(unconnected=(pair,))})
     assert shape(wrong) == {"command type k3": ("bad", [SUBSCRIBED])}
 
 
 def test_a_stranger_need_not_be_connected() -> None:
-    stranger = replace(TO_PILOT, uri=f"http://{ADDRESS[EPUCK_PI]}:40001")
+    stranger = TO_PILOT._replace(uri=f"http://{ADDRESS[EPUCK_PI]}:40001")
     assert shape(without_connection(stranger)) == {}
 
 
 def test_a_node_of_no_robot_belongs_to_its_host() -> None:
-    diagnosis = without_connection(replace(TO_PILOT, node="/rostopic_7"))
+    diagnosis = without_connection(TO_PILOT._replace(node="/rostopic_7"))
     key = f"subscription /rostopic_7 on {K3_PI} to /pilot on {LAPTOP}"
     assert shape(diagnosis) == {key: ("bad", [])}
     assert found(diagnosis, key)[1].startswith("start /rostopic_7 again")
@@ -263,4 +264,4 @@ def test_a_closed_port_is_the_reason_where_there_is_one() -> None:
 
 
 def test_a_publisher_outside_of_the_swarm_is_a_matter_of_other_checks() -> None:
-    assert shape(without_connection(replace(TO_PILOT, uri="http://10.9.9.9:40001"))) == {}
+    assert shape(without_connection(TO_PILOT._replace(uri="http://10.9.9.9:40001"))) == {}

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from swarm_onboard.agent.observations import Report
 
-from swarmctl.health.observations import Report
 from tests.health.faults import UNIT_K3, Fault, check
 from tests.health.swarm_values import K3_PI, UNIT, both, changed, with_node, with_unit
 

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from swarm_onboard.agent.observations import ConflictSeen, MasterSeen, NodeSeen, Report, SenderSeen, TopicSeen
+from swarm_onboard.agent.stop_latches import Latch
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedRobot, Release, expected_graph
-from swarmctl.health.observations import (
-    Answer,
-    ConflictSeen,
-    LatchSeen,
-    MasterSeen,
-    NodeSeen,
-    Report,
-    SenderSeen,
-    TopicSeen,
-)
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
 from swarmctl.health.verdict import State
@@ -90,7 +81,7 @@ def node(**changes: object) -> NodeSeen:
         registered=True, alive=True, uri="http://192.168.77.10:40001/", pid=42, error="", publishes={},
         subscribes={}, topics={}, report=None,
     )  # fmt: skip
-    return replace(seen, **changes)  # type: ignore[arg-type]
+    return seen._replace(**changes)  # type: ignore[arg-type]
 
 
 def findings(graph: ExpectedGraph, answer: Answer) -> dict[str, Finding]:
@@ -114,7 +105,7 @@ def test_status_shows_whom_the_gate_obeys(graph: ExpectedGraph) -> None:
 
 
 def test_a_stopped_robot_is_named_and_is_no_fault(graph: ExpectedGraph) -> None:
-    answer = replace(well(graph), latches={"tb": LatchSeen("me@desk (1)", 1_700_000_000.0)})
+    answer = well(graph)._replace(latches={"tb": Latch("me@desk (1)", 1_700_000_000.0)})
     found = findings(graph, answer)
     assert list(found) == ["stop tb"]
     assert found["stop tb"].state is State.WARNING
@@ -126,8 +117,8 @@ def test_a_stopped_robot_is_named_and_is_no_fault(graph: ExpectedGraph) -> None:
 def test_what_a_gate_cannot_publish_is_a_warning_of_status(graph: ExpectedGraph) -> None:
     answer = well(graph)
     lost = Report(1, "standing still; no transform from map to tb/odom: this host lacks tf2_msgs", "")
-    gate = replace(answer.nodes[GATE], report=lost)
-    found = findings(graph, replace(answer, nodes={**answer.nodes, GATE: gate}))
+    gate = answer.nodes[GATE]._replace(report=lost)
+    found = findings(graph, answer._replace(nodes={**answer.nodes, GATE: gate}))
     assert {key: (one.state, one.message) for key, one in found.items()} == {
         "gate report tb": (State.WARNING, lost.message)
     }
@@ -136,17 +127,16 @@ def test_what_a_gate_cannot_publish_is_a_warning_of_status(graph: ExpectedGraph)
 def test_a_dead_gate_means_that_no_command_arrives(graph: ExpectedGraph) -> None:
     answer = well(graph)
     dead = node(registered=False, alive=None)
-    found = findings(graph, replace(answer, nodes={**answer.nodes, GATE: dead}))
+    found = findings(graph, answer._replace(nodes={**answer.nodes, GATE: dead}))
     assert found["gate tb"].state is State.BAD
     assert "commands do not reach the driver" in found["gate tb"].message
 
 
 def test_a_gate_whose_unit_failed_is_a_symptom_of_that(graph: ExpectedGraph) -> None:
     answer = well(graph)
-    failed = replace(RUNNING, active="failed", sub="failed", result="exit-code", pid=0)
+    failed = RUNNING._replace(active="failed", sub="failed", result="exit-code", pid=0)
     gone = node(registered=False, alive=None)
-    spoilt = replace(
-        answer,
+    spoilt = answer._replace(
         units={**answer.units, UNIT: failed},
         nodes={**answer.nodes, GATE: gone},
         commanders={**answer.commanders, OUTPUT: ()},
@@ -167,7 +157,7 @@ def test_a_gate_whose_unit_failed_is_a_symptom_of_that(graph: ExpectedGraph) -> 
     ],
 )
 def test_commands_beside_the_gate_are_bad_and_named(graph: ExpectedGraph, changes: dict, text: str) -> None:
-    found = findings(graph, replace(well(graph), **changes))
+    found = findings(graph, well(graph)._replace(**changes))
     assert found["wiring tb"].state is State.BAD
     assert text in found["wiring tb"].message
 
@@ -176,9 +166,9 @@ def test_commands_beside_the_gate_are_bad_and_named(graph: ExpectedGraph, change
 def test_a_driver_that_takes_commands_elsewhere_is_named(
     graph: ExpectedGraph, topic: str, written: str
 ) -> None:
-    answer = replace(well(graph), receivers={COMMAND: (GATE,), OUTPUT: (), topic: (DRIVER, "/recorder")})
+    answer = well(graph)._replace(receivers={COMMAND: (GATE,), OUTPUT: (), topic: (DRIVER, "/recorder")})
     past = node(subscribes={topic: COMMAND_TYPE})
-    found = findings(graph, replace(answer, nodes={**answer.nodes, DRIVER: past}))["wiring tb"]
+    found = findings(graph, answer._replace(nodes={**answer.nodes, DRIVER: past}))["wiring tb"]
     assert (found.state, found.cause) == (State.BAD, None)
     assert found.message.startswith(f"{DRIVER} takes commands on {topic} instead of {OUTPUT}")
     assert f"write `command: {written}`" in found.hint
@@ -197,8 +187,7 @@ def test_a_second_input_of_the_driver_counts_once_it_is_used(
 ) -> None:
     """MAVROS, for one, takes velocities on two topics."""
     answer = well(graph)
-    answer = replace(
-        answer,
+    answer = answer._replace(
         commanders={**answer.commanders, topic: ("/x", DRIVER)},
         receivers={**answer.receivers, topic: (DRIVER,)},
         senders={"/x": SenderSeen("192.168.77.99", {topic: COMMAND_TYPE} if publishes else {})},
@@ -210,19 +199,19 @@ def test_a_second_input_of_the_driver_counts_once_it_is_used(
 
 def test_a_killed_rival_that_the_master_lists_is_a_warning(graph: ExpectedGraph) -> None:
     """SIGKILL leaves its entry at the master: the driver receives nothing from it."""
-    listed = replace(well(graph), commanders={**well(graph).commanders, OUTPUT: (GATE, "/x")})
-    killed = replace(listed, senders={"/x": SenderSeen("192.168.77.99", {})})
+    listed = well(graph)._replace(commanders={**well(graph).commanders, OUTPUT: (GATE, "/x")})
+    killed = listed._replace(senders={"/x": SenderSeen("192.168.77.99", {})})
     found = findings(graph, killed)["wiring tb"]
     assert found.state is State.WARNING
     assert found.message.startswith("/x on /tb/gate/cmd_vel: listed by the master, but not answering")
-    alive = replace(listed, senders={"/x": SenderSeen("192.168.77.99", {OUTPUT: COMMAND_TYPE})})
+    alive = listed._replace(senders={"/x": SenderSeen("192.168.77.99", {OUTPUT: COMMAND_TYPE})})
     assert findings(graph, alive)["wiring tb"].state is State.BAD
 
 
 def test_a_driver_that_is_not_remapped_is_bad(graph: ExpectedGraph) -> None:
     answer = well(graph)
     past = node(subscribes={COMMAND: COMMAND_TYPE})
-    found = findings(graph, replace(answer, nodes={**answer.nodes, DRIVER: past}))
+    found = findings(graph, answer._replace(nodes={**answer.nodes, DRIVER: past}))
     assert (
         found["driver tb"].message == "/tb/driver does not subscribe to /tb/gate/cmd_vel: "
         "no command that passes the gate reaches it"
@@ -233,12 +222,12 @@ def test_a_driver_that_is_not_remapped_is_bad(graph: ExpectedGraph) -> None:
     ("report", "effect"),
     [
         (REFUSING, "; rejected by the gate"),
-        (replace(REFUSING, refused=("/x2", "/y/x")), "; the gate has received no command of it"),
+        (REFUSING._replace(refused=("/x2", "/y/x")), "; the gate has received no command of it"),
         (
-            replace(REFUSING, refused=("/x2",), refused_all=False),
+            REFUSING._replace(refused=("/x2",), refused_all=False),
             "; the gate does not report whether it rejects it",
         ),
-        (replace(REFUSING, refused=()), "; the gate has received no command of it"),
+        (REFUSING._replace(refused=()), "; the gate has received no command of it"),
         (None, "; the gate does not report whether it rejects it"),
     ],
 )
@@ -246,9 +235,8 @@ def test_only_what_the_gate_reports_is_called_rejected(
     graph: ExpectedGraph, report: Report | None, effect: str
 ) -> None:
     answer = well(graph)
-    gate = replace(answer.nodes[GATE], report=report)
-    spoilt = replace(
-        answer,
+    gate = answer.nodes[GATE]._replace(report=report)
+    spoilt = answer._replace(
         nodes={**answer.nodes, GATE: gate},
         commanders={**answer.commanders, COMMAND: ("/x",)},
         senders={"/x": STRANGER},
@@ -260,9 +248,8 @@ def test_only_what_the_gate_reports_is_called_rejected(
 
 def test_each_stranger_is_rejected_by_its_whole_name(graph: ExpectedGraph) -> None:
     answer = well(graph)
-    spoilt = replace(
-        answer,
-        nodes={**answer.nodes, GATE: replace(answer.nodes[GATE], report=replace(REFUSING, refused=("/x2",)))},
+    spoilt = answer._replace(
+        nodes={**answer.nodes, GATE: answer.nodes[GATE]._replace(report=REFUSING._replace(refused=("/x2",)))},
         commanders={**answer.commanders, COMMAND: ("/x", "/x2")},
         senders={"/x": STRANGER, "/x2": STRANGER},
     )
@@ -273,11 +260,10 @@ def test_each_stranger_is_rejected_by_its_whole_name(graph: ExpectedGraph) -> No
 def test_two_gates_of_one_name_are_the_cause(graph: ExpectedGraph) -> None:
     """At each look the one that was just ended is away, and the other is there."""
     answer = well(graph)
-    away = replace(RUNNING, active="activating", sub="auto-restart", exit="exit code 75", pid=0)
+    away = RUNNING._replace(active="activating", sub="auto-restart", exit="exit code 75", pid=0)
     for unit, seen in ((RUNNING, answer.nodes[GATE]), (away, node(uri="http://192.168.77.12:4001/"))):
-        spoilt = replace(
-            answer,
-            units={**answer.units, UNIT: replace(unit, restarts=9, recent=9)},
+        spoilt = answer._replace(
+            units={**answer.units, UNIT: unit._replace(restarts=9, recent=9)},
             nodes={**answer.nodes, GATE: seen},
             conflicts={UNIT: {GATE: ConflictSeen(9, 1.0)}},
         )
@@ -290,10 +276,10 @@ def test_two_gates_of_one_name_are_the_cause(graph: ExpectedGraph) -> None:
 
 
 def test_an_ungated_robot_obeys_anybody_and_status_says_why(graph: ExpectedGraph) -> None:
-    answer = replace(well(graph), senders={"/x": STRANGER})
+    answer = well(graph)._replace(senders={"/x": STRANGER})
     quiet = {one.key: one for one in diagnose(graph, {"laptop": answer}).findings}
     why = "the driver obeys any publisher, as it is ungated: it takes setpoints"
     assert quiet["authority uav"].message == why
-    spoilt = replace(answer, commanders={**answer.commanders, "/uav/cmd_vel": ("/x",)})
+    spoilt = answer._replace(commanders={**answer.commanders, "/uav/cmd_vel": ("/x",)})
     found = findings(graph, spoilt)["authority uav"]
     assert (found.state, "rejected" in found.message, why in found.message) == (State.BAD, False, True)

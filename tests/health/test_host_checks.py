@@ -5,22 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.verbs.probe import Answer
 
+from swarmctl.health.collect import checks_of
 from swarmctl.health.host_checks import host_checks
-from swarmctl.health.probe_answer import answer_of
 from swarmctl.remote.transport import HostError, Kind
-
-MEMORY = {"size": 1024, "available": 512}
 
 
 def test_what_a_host_reports_has_the_type_of_its_check() -> None:
-    found = answer_of({"checks": {"memory": [MEMORY], "of a newer agent": [1]}}).checks
-    assert found["memory"] == (host_checks()["memory"].Seen(1024, 512),)
-    assert not found["of a newer agent"]
+    found = checks_of(Answer(checks={"memory": [[1024, 512]], "of a newer agent": [1]}))
+    assert found == {"memory": [host_checks()["memory"].Seen(1024, 512)]}
 
 
-@pytest.mark.parametrize("lie", [[{**MEMORY, "size": "much"}], [{"size": 1}], {"size": 1}, [None]])
+@pytest.mark.parametrize("lie", [[["much", 512]], [[1]], [[1, 2, 3]], [None]])
 def test_a_host_that_lies_is_refused(lie: Any) -> None:
     with pytest.raises(HostError, match="what the host observed for `memory` does not fit") as found:
-        answer_of({"checks": {"memory": lie}})
+        checks_of(Answer(checks={"memory": lie}))
     assert found.value.kind is Kind.PROTOCOL

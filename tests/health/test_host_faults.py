@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from swarm_onboard.agent.deployed import Transaction
+from swarm_onboard.agent.edits import Drift
+from swarm_onboard.agent.observations import LoadSeen
 from swarm_onboard.host_checks import disk, memory, wireguard
 
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.observations import ChangeSeen, DriftSeen, LoadSeen
 from swarmctl.health.verdict import State
 from swarmctl.remote.transport import HostError, Kind
 from tests.health.faults import AWAY, UNIT_K3, UNIT_WLAN, Fault, check, shape, spoilt
@@ -35,7 +37,7 @@ WRONG_KEY = HostError(Kind.HOST_KEY, "the key is not the pinned one")
 
 NO_HANDSHAKE = wireguard.Seen(LAPTOP, -1.0)
 AT_BOOT = "/etc/systemd/system/multi-user.target.wants"
-CHANGE = ChangeSeen("applying", "anna", 0.0, "", None)
+CHANGE = Transaction("t", "applying", "anna", None, None, 0.0, "")
 DISK = disk.Seen("/", "/opt/swarm", 4 << 30, 16 << 30, 100_000, read_only=False)
 
 FAULTS = {
@@ -108,52 +110,52 @@ FAULTS = {
     ),
     "edited file": Fault(
         K3_PI,
-        changed(drift=DriftSeen({"params/k3.yaml": "changed", "bin/__pycache__/x.pyc": "extra"}, {}, {})),
+        changed(drift=Drift({"params/k3.yaml": "changed", "bin/__pycache__/x.pyc": "extra"}, {}, {})),
         {f"files {K3_PI}": ("bad", [])},
         message="params/k3.yaml was changed on the host",
     ),
     "edited block": Fault(
         K3_PI,
-        changed(drift=DriftSeen({}, {}, {"/etc/hosts": "changed"})),
+        changed(drift=Drift({}, {}, {"/etc/hosts": "changed"})),
         {f"files {K3_PI}": ("bad", [])},
         message="/etc/hosts: the swarm's block was changed on the host",
     ),
     "link of the boot that is missing": Fault(
         K3_PI,
-        changed(drift=DriftSeen({}, {f"{AT_BOOT}/{TARGET}": "missing"}, {})),
+        changed(drift=Drift({}, {f"{AT_BOOT}/{TARGET}": "missing"}, {})),
         {f"files {K3_PI}": ("bad", [])},
         message=f"{TARGET} does not start at boot: its link is missing",
     ),
     "files that somebody added": Fault(
         K3_PI,
-        changed(drift=DriftSeen({"params/notes.txt": "extra"}, {}, {})),
+        changed(drift=Drift({"params/notes.txt": "extra"}, {}, {})),
         {f"files {K3_PI}": ("warning", [])},
         healthy=True,
         message="params/notes.txt is not part of the release",
     ),
     "change that was interrupted": Fault(
         K3_PI,
-        changed(change=CHANGE, drift=DriftSeen({"params/k3.yaml": "missing"}, {}, {})),
+        changed(change=CHANGE, drift=Drift({"params/k3.yaml": "missing"}, {}, {})),
         {f"change {K3_PI}": ("bad", [f"files {K3_PI}"])},
         message="of anna was interrupted, and is neither finished nor undone",
     ),
     "change under way": Fault(
         K3_PI,
-        changed(change=replace(CHANGE, holder="anna (process 7)"), drift=DriftSeen({"a": "missing"}, {}, {})),
+        changed(change=CHANGE, holder="anna (process 7)", drift=Drift({"a": "missing"}, {}, {})),
         {f"change {K3_PI}": ("warning", [])},
         healthy=True,
         message="is under way: anna (process 7)",
     ),
     "change that waits for its confirmation": Fault(
         K3_PI,
-        changed(change=replace(CHANGE, state="pending", left=41.2)),
+        changed(change=CHANGE._replace(state="pending", left=41.2)),
         {f"change {K3_PI}": ("warning", [])},
         healthy=True,
         message="waits for its confirmation, and is undone in 41 s without it",
     ),
     "change whose confirmation is overdue": Fault(
         K3_PI,
-        changed(change=replace(CHANGE, state="pending")),
+        changed(change=CHANGE._replace(state="pending")),
         {f"change {K3_PI}": ("bad", [])},
     ),
     "full disk": Fault(
@@ -211,7 +213,7 @@ FAULTS = {
     "an edited file that ends the driver": Fault(
         K3_PI,
         both(
-            changed(drift=DriftSeen({"params/k3.yaml": "changed"}, {}, {})),
+            changed(drift=Drift({"params/k3.yaml": "changed"}, {}, {})),
             with_unit(UNIT["k3"], active="activating", sub="auto-restart", restarts=4),
         ),
         {f"files {K3_PI}": ("bad", [UNIT_K3])},
@@ -220,7 +222,7 @@ FAULTS = {
     "an edited file, and a driver that was stopped": Fault(
         K3_PI,
         both(
-            changed(drift=DriftSeen({"params/k3.yaml": "changed"}, {}, {})),
+            changed(drift=Drift({"params/k3.yaml": "changed"}, {}, {})),
             with_unit(UNIT["k3"], active="inactive", sub="dead"),
         ),
         {f"files {K3_PI}": ("bad", []), UNIT_K3: ("bad", [])},
@@ -251,12 +253,12 @@ FAULTS = {
 @pytest.mark.parametrize(
     ("drift", "hint"),
     [
-        (DriftSeen({"a": "missing", "b/__pycache__/c.pyc": "extra"}, {"/l": "missing"}, {}), "run swarmctl"),
-        (DriftSeen({"a": "changed"}, {}, {}), "`swarmctl adopt`"),
-        (DriftSeen({}, {}, {"/etc/hosts": "changed"}), "`swarmctl adopt`"),
+        (Drift({"a": "missing", "b/__pycache__/c.pyc": "extra"}, {"/l": "missing"}, {}), "run swarmctl"),
+        (Drift({"a": "changed"}, {}, {}), "`swarmctl adopt`"),
+        (Drift({}, {}, {"/etc/hosts": "changed"}), "`swarmctl adopt`"),
     ],
 )
-def test_only_edits_have_something_to_lose(drift: DriftSeen, hint: str) -> None:
+def test_only_edits_have_something_to_lose(drift: Drift, hint: str) -> None:
     found = diagnose(graph(), spoilt(K3_PI, changed(drift=drift)))
     assert next(one.hint for one in found.findings if one.key == f"files {K3_PI}").startswith(hint)
 
@@ -270,7 +272,7 @@ def test_a_fault_is_reported_with_its_symptoms(fault: Fault) -> None:
 def test_an_old_clock_explains_what_peers_lack(ahead: float, below: bool) -> None:
     """WireGuard accepts a handshake of a later time."""
     answers = spoilt(K3_PI, changed(clock_ahead=ahead))
-    answers[LAPTOP] = replace(answers[LAPTOP], checks={"wireguard": (wireguard.Seen(K3_PI, -1.0),)})
+    answers[LAPTOP] = answers[LAPTOP]._replace(checks={"wireguard": (wireguard.Seen(K3_PI, -1.0),)})
     lacks = f"wireguard {LAPTOP} {K3_PI}"
     alone: dict[str, tuple[str, list[str]]] = {} if below else {lacks: ("bad", [])}
     assert shape(diagnose(graph(), answers)) == {f"clock {K3_PI}": ("warning", [lacks] * below), **alone}

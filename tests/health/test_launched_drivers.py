@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent.observations import LaunchedSeen, NodeSeen, TopicSeen
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.checks import driver, topic
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, Release, expected_graph
 from swarmctl.health.launched_nodes import publisher
-from swarmctl.health.observations import Answer, LaunchedSeen, NodeSeen, TopicSeen
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
@@ -36,9 +36,9 @@ def host(tmp_path: Path) -> ExpectedHost:
     assert swarm is not None, found
     graph = expected_graph(swarm, {"tb3-01": Release("a" * 16, ())})
     wanted = request(graph, graph.hosts[0], 2.0)
-    assert [one["name"] for one in wanted["nodes"]] == ["/tb3_01/gate"]
-    assert wanted["launched"]["swarm-lab.tb3-01.service"]["/tb3_01/imu"] == 0.0
-    assert wanted["devices"] == []
+    assert list(wanted.nodes) == ["/tb3_01/gate"]
+    assert wanted.launched["swarm-lab.tb3-01.service"]["/tb3_01/imu"] == 0.0
+    assert wanted.devices == []
     return graph.hosts[0]
 
 
@@ -47,7 +47,7 @@ def launched(command: str = "/tb3_01/gate/cmd_vel", **topics: str) -> LaunchedSe
     node = NodeSeen(
         True, True, "http://192.168.77.21:4000/", 7, "", published, {command: "geometry_msgs/Twist"}, {}, None
     )
-    return LaunchedSeen({CORE: node}, (CORE,), {}, "")
+    return LaunchedSeen({CORE: node}, {CORE: 1}, {}, "")
 
 
 def test_its_nodes_are_named(host: ExpectedHost) -> None:
@@ -56,7 +56,7 @@ def test_its_nodes_are_named(host: ExpectedHost) -> None:
 
 
 def test_a_launch_file_whose_nodes_are_not_known_runs(host: ExpectedHost) -> None:
-    verdict = driver.launched(host.robots[0], host, replace(launched(), started=()))
+    verdict = driver.launched(host.robots[0], host, launched()._replace(starts={}))
     assert (verdict.state, verdict.message) == (State.OK, "its launch file runs")
 
 
@@ -80,8 +80,8 @@ def test_a_topic_without_a_rate_is_only_looked_for(host: ExpectedHost) -> None:
 def test_its_measured_rates_are_in_its_row(host: ExpectedHost) -> None:
     odom, seen = "/tb3_01/odom", launched(odom="nav_msgs/Odometry")
     topics = {odom: TopicSeen(59, 29.6, 2.0, "nav_msgs/Odometry", "", 0.1)}
-    measured = replace(seen.nodes[CORE], topics=topics)
-    answer = Answer(launched={host.robots[0].unit: replace(seen, nodes={CORE: measured})})
+    measured = seen.nodes[CORE]._replace(topics=topics)
+    answer = Answer(launched={host.robots[0].unit: seen._replace(nodes={CORE: measured})})
     graph = ExpectedGraph("lab", (host,))
     hosts = status(graph, {host.name: answer}, Diagnosis(())).hosts
     (row,) = hosts[0].robots

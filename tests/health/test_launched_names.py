@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent.observations import ConflictSeen
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import Release, expected_graph
-from swarmctl.health.observations import Answer, ConflictSeen
 from swarmctl.health.verdict import State
 from swarmctl.linter.launch_uses import launch_uses, nodes_of
 from swarmctl.swarm.index import SwarmIndex
@@ -58,9 +58,9 @@ def test_a_node_of_a_unit_that_is_only_starting_has_its_name(
     units = {"leader": (), "k3": (left,), "epuck": (right,)}
     graph = expected_graph(resolve(found), {name: Release("a", own) for name, own in units.items()})
     answers = {name: Answer(release="a") for name in units}
-    answers["k3"] = replace(answers["k3"], units={left: replace(RUNNING, active=active)})
+    answers["k3"] = answers["k3"]._replace(units={left: RUNNING._replace(active=active)})
     kicked = {right: {"/eyes": ConflictSeen(1, 2.0)}}
-    answers["epuck"] = replace(answers["epuck"], units={right: RUNNING}, conflicts=kicked)
+    answers["epuck"] = answers["epuck"]._replace(units={right: RUNNING}, conflicts=kicked)
     seen = diagnose(graph, answers, nodes_of(launch_uses(SwarmIndex(found)))).findings
     (name,) = (one for one in seen if one.check == "node name")
     assert name.state is state

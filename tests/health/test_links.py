@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.observations import MasterSeen, PingSeen
 
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.observations import MasterSeen, PingSeen
 from swarmctl.health.probe_request import request
 from tests.health import test_bridge_checks as isles
 from tests.health.faults import shape
@@ -20,7 +19,7 @@ LINK = f"link {K3_PI} to {LAPTOP}"
 
 def lossy(received: int, sent: int = 40, **other: Any) -> dict[str, Any]:
     answers = all_well()
-    return {**answers, K3_PI: replace(answers[K3_PI], pings={HUB: PingSeen(sent, received)}, **other)}
+    return {**answers, K3_PI: answers[K3_PI]._replace(pings={HUB: PingSeen(sent, received)}, **other)}
 
 
 @pytest.mark.parametrize(
@@ -47,11 +46,11 @@ def test_a_master_that_did_not_answer_for_one_node_is_a_symptom_of_it() -> None:
 
 
 def test_hosts_ping_their_hub_and_hubs_each_other() -> None:
-    assert {host.name: request(graph(), host, 2.0)["pings"] for host in graph().hosts} == {
+    assert {host.name: request(graph(), host, 2.0).pings for host in graph().hosts} == {
         LAPTOP: {}, K3_PI: {HUB: 2.0}, "epuck-pi": {HUB: 2.0},
     }  # fmt: skip
     shown = isles.graph()
-    assert [request(shown, host, 2.0)["pings"] for host in shown.hosts] == [
+    assert [request(shown, host, 2.0).pings for host in shown.hosts] == [
         {"192.168.77.11": 2.0},
         {HUB: 2.0},
     ]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from swarm_onboard.agent.observations import Report, SenderSeen
 
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.observations import Report, SenderSeen
 from tests.health.faults import AWAY, Fault, check, shape, spoilt
 from tests.health.swarm_values import (
     EPUCK_PI,

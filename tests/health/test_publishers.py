@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from swarm_onboard.agent.observations import SenderSeen
 
 from swarmctl.health.checks.publisher import publishers_of
-from swarmctl.health.observations import SenderSeen
 from tests.health.faults import Fault, check
 from tests.health.swarm_values import LAPTOP, changed, graph
 
@@ -29,8 +29,8 @@ FAULTS = {
     ),
     "silent publisher of commands": Fault(
         LAPTOP,
-        lambda answer: replace(
-            answer, commanders={**answer.commanders, "/k3/cmd_vel": ("/teleop",)}, senders=SILENT
+        lambda answer: answer._replace(
+            commanders={**answer.commanders, "/k3/cmd_vel": ("/teleop",)}, senders=SILENT
         ),
         {"publisher /k3/cmd_vel": ("warning", [])},
         healthy=True,

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.observations import ConflictSeen
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.checks import unit
 from swarmctl.health.checks.unit import MOST_RESTARTS
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.observations import Answer, ConflictSeen
 from swarmctl.health.verdict import State
 from tests.health.faults import UNIT_K3, Fault, check, shape
 from tests.health.swarm_values import (
@@ -34,7 +34,7 @@ BUDGET = "restarted 4 times within 10 min, last result"
 
 
 def judged(**changes: Any) -> tuple[State, str]:
-    found = unit.verdict("a.service", "pi", replace(RUNNING, **changes))
+    found = unit.verdict("a.service", "pi", RUNNING._replace(**changes))
     return found.state, found.message
 
 
@@ -82,7 +82,7 @@ def test_a_unit_is_judged_by_its_recent_past(changes: dict[str, Any], state: Sta
 
 
 def test_the_fix_of_a_stopped_process_is_a_command() -> None:
-    found = unit.verdict("a.service", "pi", replace(RUNNING, stopped=("7 (a)", "8 (b)")))
+    found = unit.verdict("a.service", "pi", RUNNING._replace(stopped=("7 (a)", "8 (b)")))
     assert found.hint == "on pi: sudo kill -CONT 7 8"
 
 
@@ -108,7 +108,7 @@ def test_a_stopped_master_is_named_by_its_cause() -> None:
 def with_conflict(unit: str, **changes: Any) -> Spoil:
     def spoil(answer: Answer) -> Answer:
         spoilt = with_unit(unit, **changes)(answer) if changes else answer
-        return replace(spoilt, conflicts={unit: KICKED})
+        return spoilt._replace(conflicts={unit: KICKED})
 
     return spoil
 
@@ -126,7 +126,7 @@ def test_a_conflict_of_the_past_explains_nothing_of_today() -> None:
     answers[K3_PI] = with_unit(UNIT["k3"], active="failed", sub="failed")(answers[K3_PI])
     for ago, explained in ((5.0, True), (369.0, False)):
         conflicts = {UNIT["k3"]: {"/k3/driver": ConflictSeen(3, ago)}}
-        spoilt = {**answers, K3_PI: replace(answers[K3_PI], conflicts=conflicts)}
+        spoilt = {**answers, K3_PI: answers[K3_PI]._replace(conflicts=conflicts)}
         unit = next(one for one in diagnose(graph(), spoilt).findings if one.key == UNIT_K3)
         assert (unit.cause is not None) is explained
 
@@ -167,7 +167,7 @@ def test_a_second_node_that_is_gone_is_a_warning() -> None:
 def test_two_units_of_one_host_may_have_the_name() -> None:
     answers = all_well()
     other = next(unit for unit in graph().hosts[1].release.units if unit != UNIT["k3"])
-    answers[K3_PI] = replace(answers[K3_PI], conflicts={UNIT["k3"]: KICKED, other: KICKED})
+    answers[K3_PI] = answers[K3_PI]._replace(conflicts={UNIT["k3"]: KICKED, other: KICKED})
     found = diagnose(graph(), answers)
     assert not found.healthy
     assert "both on host k3-pi" in next(one.message for one, _ in found.explained())

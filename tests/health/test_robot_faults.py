@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from swarm_onboard.agent.observations import Report
 
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.observations import Report
 from tests.health.faults import K3_TOPICS, Fault, check, shape, spoilt
 from tests.health.swarm_values import (
     EPUCK_PI,

@@ -8,19 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.observations import NodeSeen, PeerSeen, Report, SenderSeen, TopicSeen, UnmatchedSeen
+from swarm_onboard.agent.systemd import UnitState
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, Release, expected_graph
-from swarmctl.health.observations import (
-    Answer,
-    NodeSeen,
-    PeerSeen,
-    Report,
-    SenderSeen,
-    TopicSeen,
-    UnitSeen,
-    UnmatchedSeen,
-)
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.verdict import State
@@ -53,7 +46,7 @@ types:
 """,
 )
 SERVER = "swarm-tiny.discovery.service"
-RUNS = UnitSeen("loaded", "active", "running", "success", "", 42, 0)
+RUNS = UnitState("loaded", "active", "running", "success", "", 42, 0)
 TWIST, ODOMETRY = "geometry_msgs/msg/Twist", "nav_msgs/msg/Odometry"
 
 
@@ -107,7 +100,7 @@ BLIND: dict[str, Any] = {"seen": 0, "peers": {}}
 
 def spoilt(graph: ExpectedGraph, changes: Mapping[str, Mapping[str, Any]]) -> Diagnosis:
     answers: dict[str, Any] = {
-        name: replace(one, **changes.get(name, {})) for name, one in well(graph).items()
+        name: one._replace(**changes.get(name, {})) for name, one in well(graph).items()
     }
     return diagnose(graph, answers)
 
@@ -122,8 +115,8 @@ def wrong(found: Diagnosis) -> dict[str, tuple[str, str | None]]:
 
 
 def pair(**changes: str) -> UnmatchedSeen:
-    return replace(
-        UnmatchedSeen("/k3/odom", "/k3/driver", "/koala/driver", ODOMETRY, ODOMETRY, ""), **changes
+    return UnmatchedSeen("/k3/odom", "/k3/driver", "/koala/driver", ODOMETRY, ODOMETRY, "")._replace(
+        **changes
     )
 
 
@@ -135,8 +128,8 @@ def test_a_healthy_swarm_has_nothing_of_a_master(graph: ExpectedGraph) -> None:
 
 def test_the_hub_is_asked_for_the_whole_island(graph: ExpectedGraph) -> None:
     hub, other = (request(graph, host, 2.0) for host in graph.hosts)
-    assert hub["homes"] == {"/koala/driver": "10.0.0.1", "/k3/driver": "10.0.0.2"}
-    assert (hub["master"], hub["clock"], other["homes"]) == ("", None, {})
+    assert hub.homes == {"/koala/driver": "10.0.0.1", "/k3/driver": "10.0.0.2"}
+    assert (hub.master, hub.clock, other.homes) == ("", None, {})
 
 
 @pytest.mark.parametrize(
@@ -240,20 +233,20 @@ def test_a_hub_that_misses_a_receiver_which_the_gate_sees_is_no_fault(tmp_path: 
     gate = NodeSeen(True, True, subscribes={robot.command: TWIST}, publishes={robot.gate.output: TWIST})
     hub = {"commanders": {robot.gate.output: (robot.gate.node,)}, "receivers": {robot.gate.output: ()}}
     for level, state in ((0, State.UNKNOWN), (1, State.BAD)):
-        nodes = {robot.gate.node: replace(gate, report=Report(level, "driving"))}
+        nodes = {robot.gate.node: gate._replace(report=Report(level, "driving"))}
         seen = spoilt(graph, {"alpha": hub, "beta": {"nodes": nodes}})
         assert next(one.state for one in seen.findings if one.check == "wiring") is state
 
 
 def test_what_is_certain_is_waited_for(graph: ExpectedGraph) -> None:
-    hub, other = (request(graph, host, 2.0)["expected"] for host in graph.hosts)
+    hub, other = (request(graph, host, 2.0).expected for host in graph.hosts)
     k3 = next(robot for robot in graph.robots if robot.name == "k3")
     topics = [one.name for one in k3.topics]
     assert other == {k3.node: {"publishes": topics, "subscribes": ["/k3/cmd_vel"], "provides": []}}
     assert hub.keys() == {"/koala/driver", "/k3/driver"}
     assert hub["/k3/driver"] == other["/k3/driver"]
     optional = replace(graph.hosts[1], robots=(replace(k3, optional=True),))
-    assert request(graph, optional, 2.0)["expected"] == {}
+    assert request(graph, optional, 2.0).expected == {}
 
 
 @pytest.mark.parametrize(("host", "found"), [("10.0.0.1", "warning"), ("10.0.0.2", "ok"), ("", "ok")])
@@ -268,7 +261,7 @@ def test_a_sender_is_unauthorised_where_its_host_is_known(
 
 
 def test_a_server_that_does_not_run_is_the_cause_of_all(graph: ExpectedGraph) -> None:
-    stopped = replace(RUNS, active="inactive", sub="dead")
+    stopped = RUNS._replace(active="inactive", sub="dead")
     units = {**well(graph)["alpha"].units, SERVER: stopped}
     nodes = {"alpha": {"/koala/driver": ABSENT}, "beta": {"/k3/driver": ABSENT}}
     changes = {name: {**BLIND, "nodes": nodes[name], "listening_udp": ()} for name in nodes}
@@ -282,7 +275,7 @@ def test_a_server_that_does_not_run_is_the_cause_of_all(graph: ExpectedGraph) ->
 def test_a_server_on_a_host_that_is_away_explains_the_others(graph: ExpectedGraph) -> None:
     answers: dict[str, Any] = well(graph)
     answers["alpha"] = HostError(Kind.UNREACHABLE, "timed out")
-    answers["beta"] = replace(answers["beta"], nodes={"/k3/driver": ABSENT}, **BLIND)
+    answers["beta"] = answers["beta"]._replace(nodes={"/k3/driver": ABSENT}, **BLIND)
     found = wrong(diagnose(graph, answers))
     assert found["discovery beta"] == found["driver k3"] == ("bad", "host alpha")
 
@@ -291,10 +284,10 @@ def test_a_node_that_was_just_started_again_has_no_double(graph: ExpectedGraph) 
     """The graph keeps the one that was killed for 20 s."""
     beta = well(graph)["beta"].units
     unit = next(robot.unit for robot in graph.robots if robot.name == "k3")
-    again = {**beta, unit: replace(RUNS, restarts=1, running=5.0)}
+    again = {**beta, unit: RUNS._replace(restarts=1, running=5.0)}
     twice = {"alpha": {"doubles": {"/k3/driver": ("10.0.0.2", "10.0.0.2")}}}
     assert wrong(spoilt(graph, {**twice, "beta": {"units": again}})) == {}
-    later = {**beta, unit: replace(RUNS, restarts=1, running=500.0)}
+    later = {**beta, unit: RUNS._replace(restarts=1, running=500.0)}
     assert "node name /k3/driver" in wrong(spoilt(graph, {**twice, "beta": {"units": later}}))
 
 

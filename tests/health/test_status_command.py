@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 from lxml import etree
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.cli import exit_codes, options
 from swarmctl.cli.app import run
 from swarmctl.health import collect as asking
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
-from swarmctl.health.observations import Answer
 from swarmctl.health.status_schema import status_schema
 from swarmctl.lab import lab
 from swarmctl.remote.transport import HostError, Kind, Target
@@ -48,7 +47,7 @@ class Hosts:
 
     def _deployed(self, answer: Answer | HostError, host: ExpectedHost) -> Answer | HostError:
         release = self.releases.get(host.name, host.release.digest)
-        return answer if isinstance(answer, HostError) else replace(answer, release=release)
+        return answer if isinstance(answer, HostError) else answer._replace(release=release)
 
 
 @pytest.fixture

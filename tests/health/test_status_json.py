@@ -41,7 +41,8 @@ def written(shown: Status) -> Any:
 
 @pytest.mark.parametrize("answers", ANSWERS.values(), ids=ANSWERS.keys())
 def test_a_status_is_read_as_it_was_written(answers: Any) -> None:
-    assert Status.from_json(written(seen(answers))) == seen(answers)
+    shown = seen(answers)
+    assert Status.from_json(written(shown)).to_json() == shown.to_json()
 
 
 @pytest.mark.parametrize("state", State)
@@ -50,7 +51,7 @@ def test_each_state_is_read_as_it_was_written(state: State) -> None:
     findings = tuple(replace(one, state=state) for one in shown.diagnosis.findings)
     hosts = tuple(replace(host, state=state) for host in shown.hosts)
     shown = replace(shown, hosts=hosts, diagnosis=Diagnosis(findings))
-    assert Status.from_json(written(shown)) == shown
+    assert Status.from_json(written(shown)).to_json() == shown.to_json()
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent.observations import NodeSeen
+from swarm_onboard.agent.systemd import UnitState
 
 from swarmctl.health.checks import driver
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot, Release, expected_graph
-from swarmctl.health.observations import NodeSeen, UnitSeen
 from swarmctl.swarm.command_topics import COMMAND_TYPE
 from tests import ROOT
 from tests.loading import load_swarm
@@ -67,7 +68,7 @@ def test_its_node_command_and_sketch_topics_are_expected(spec: Path) -> None:
 
 def test_its_node_is_a_child_of_its_unit_and_no_second_driver(spec: Path) -> None:
     robot = rover(spec)
-    unit = UnitSeen("loaded", "active", "running", "success", "", 42, 0, 0, False)
+    unit = UnitState("loaded", "active", "running", "success", "", 42, 0, 0, False)
     node = NodeSeen(
         registered=True,
         alive=True,

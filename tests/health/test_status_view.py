@@ -10,9 +10,10 @@ from typing import Any
 
 import pytest
 from rich.console import Console
+from swarm_onboard.agent.observations import Report
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.observations import Answer, Report
 from swarmctl.health.swarm_health import Status, status
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.views import status as view

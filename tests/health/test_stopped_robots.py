@@ -7,23 +7,20 @@ from pathlib import Path
 import pytest
 from swarm_onboard.agent import stop_latches
 from swarm_onboard.agent.release_store import Home
+from swarm_onboard.agent.stop_latches import Latch
 
 from swarmctl.cli.next_command import completing
 from swarmctl.cli.spec_args import file
-from swarmctl.health.observations import LatchSeen
-from swarmctl.health.probe_answer import answer_of
 
 
 def test_the_latches_of_a_host_are_read_with_who_and_when(tmp_path: Path) -> None:
     home = Home("lab", str(tmp_path))
     stop_latches.close(home, ["k3"], stop_latches.Latch("me@desk (1)", 1_700_000_000.0))
     stop_latches.close(home, ["k3", "other"], stop_latches.Latch("you@desk (2)", 1_800_000_000.0))
-    latches = {name: one._asdict() for name, one in stop_latches.closed(home).items()}
-    assert answer_of({"latches": latches}).latches == {
-        "k3": LatchSeen("me@desk (1)", 1_700_000_000.0),  # the first stop is the one that counts
-        "other": LatchSeen("you@desk (2)", 1_800_000_000.0),
+    assert stop_latches.closed(home) == {
+        "k3": Latch("me@desk (1)", 1_700_000_000.0),  # the first stop is the one that counts
+        "other": Latch("you@desk (2)", 1_800_000_000.0),
     }
-    assert answer_of({}).latches == {}
 
 
 def test_a_released_robot_has_no_latch(tmp_path: Path) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from swarm_onboard.agent.observations import NodeSeen, SimulatedTimeSeen
+from swarm_onboard.agent.systemd import UnitState
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.observations import NodeSeen, SimulatedTimeSeen, UnitSeen
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from tests.health.faults import shape
@@ -30,10 +31,10 @@ def simulated() -> ExpectedGraph:
     return replace(graph(), hosts=tuple(hosts), simulated_time=True)
 
 
-def seen(time: SimulatedTimeSeen | None, unit: UnitSeen = RUNNING) -> Diagnosis:
+def seen(time: SimulatedTimeSeen | None, unit: UnitState = RUNNING) -> Diagnosis:
     answers, hub = all_well(), all_well()[LAPTOP]
-    answers[LAPTOP] = replace(
-        hub, units={**hub.units, UNIT: unit}, nodes={**hub.nodes, "/sim": NODE}, simulated_time=time
+    answers[LAPTOP] = answers[LAPTOP]._replace(
+        units={**hub.units, UNIT: unit}, nodes={**hub.nodes, "/sim": NODE}, simulated_time=time
     )
     return diagnose(simulated(), answers)
 
@@ -46,15 +47,15 @@ def test_a_clock_that_moves_is_healthy() -> None:
     ("time", "message", "repair"),
     [
         (REAL, "/use_sim_time is not true at http://192.168.77.10:11311", f"systemctl restart {MASTER}"),
-        (replace(MOVES, publishers=()), "nothing publishes /clock", "is paused or has ended"),
+        (MOVES._replace(publishers=()), "nothing publishes /clock", "is paused or has ended"),
         (
-            replace(MOVES, publishers=("/bag", "/sim")),
+            MOVES._replace(publishers=("/bag", "/sim")),
             "/bag, /sim publish /clock: the time jumps",
             "stop all",
         ),
-        (replace(MOVES, count=0, moved=None), "no message of /sim on /clock in 2 s", "is paused"),
-        (replace(MOVES, moved=0.0), "stands at 1003.2 s: 40 messages in 2 s have the same time", "is paused"),
-        (replace(MOVES, count=0, error="it is gone"), "/clock of /sim cannot be received: it is gone", ""),
+        (MOVES._replace(count=0, moved=None), "no message of /sim on /clock in 2 s", "is paused"),
+        (MOVES._replace(moved=0.0), "stands at 1003.2 s: 40 messages in 2 s have the same time", "is paused"),
+        (MOVES._replace(count=0, error="it is gone"), "/clock of /sim cannot be received: it is gone", ""),
     ],
 )
 def test_a_fault_of_the_time_is_named(time: SimulatedTimeSeen, message: str, repair: str) -> None:
@@ -66,7 +67,7 @@ def test_a_fault_of_the_time_is_named(time: SimulatedTimeSeen, message: str, rep
 
 
 def test_one_message_of_the_clock_is_a_warning() -> None:
-    found = seen(replace(MOVES, count=1, moved=None))
+    found = seen(MOVES._replace(count=1, moved=None))
     assert shape(found) == {CHECK: ("warning", [])}
     assert found.healthy
 
@@ -76,16 +77,16 @@ def test_a_time_that_was_not_read_is_not_called_healthy() -> None:
 
 
 def test_a_clock_that_stands_is_below_the_program_that_stopped() -> None:
-    stopped = replace(RUNNING, stopped=("77 (clock.py)",))
-    assert shape(seen(replace(MOVES, count=0, moved=None), stopped)) == {"program sim": ("bad", [CHECK])}
+    stopped = RUNNING._replace(stopped=("77 (clock.py)",))
+    assert shape(seen(MOVES._replace(count=0, moved=None), stopped)) == {"program sim": ("bad", [CHECK])}
 
 
 def test_topics_that_stand_with_the_clock_are_below_it() -> None:
     answers = all_well()
     hub = answers[LAPTOP]
-    answers[LAPTOP] = replace(
-        hub, units={**hub.units, UNIT: RUNNING}, nodes={**hub.nodes, "/sim": NODE},
-        simulated_time=replace(MOVES, moved=0.0),
+    answers[LAPTOP] = answers[LAPTOP]._replace(
+        units={**hub.units, UNIT: RUNNING}, nodes={**hub.nodes, "/sim": NODE},
+        simulated_time=MOVES._replace(moved=0.0),
     )  # fmt: skip
     answers[K3_PI] = with_topic("k3", "/k3/odom", count=0, rate=None)(answers[K3_PI])
     assert shape(diagnose(simulated(), answers)) == {CHECK: ("bad", ["topic /k3/odom of k3"])}
@@ -94,7 +95,7 @@ def test_topics_that_stand_with_the_clock_are_below_it() -> None:
 @pytest.mark.parametrize(("used", "healthy"), [(False, True), (True, False)])
 def test_simulated_time_that_the_spec_has_not_is_unhealthy(used: bool, healthy: bool) -> None:
     answers = all_well()
-    answers[LAPTOP] = replace(answers[LAPTOP], simulated_time=SimulatedTimeSeen(used))
+    answers[LAPTOP] = answers[LAPTOP]._replace(simulated_time=SimulatedTimeSeen(used))
     found = diagnose(graph(), answers)
     assert found.healthy is healthy
     if used:
@@ -105,7 +106,7 @@ def test_simulated_time_that_the_spec_has_not_is_unhealthy(used: bool, healthy: 
 
 def test_only_hubs_listen_to_the_clock_and_only_if_time_is_simulated() -> None:
     def listens(shown: ExpectedGraph) -> list[float | None]:
-        return [request(shown, host, 2.0)["clock"] for host in shown.hosts]
+        return [request(shown, host, 2.0).clock for host in shown.hosts]
 
     assert listens(graph()) == [0.0, None, None]
     assert listens(simulated()) == [2.0, None, None]

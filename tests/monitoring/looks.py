@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from swarm_onboard.agent.observations import Report
+
 from swarmctl.health import swarm_health
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.observations import Report
 from swarmctl.health.swarm_health import Look
 from swarmctl.remote.transport import HostError, Kind
 from tests.health.swarm_values import (

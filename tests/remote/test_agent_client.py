@@ -18,7 +18,7 @@ from swarm_onboard.agent.verbs import observe
 
 from swarmctl import onboard_archive
 from swarmctl.remote import agent_client
-from swarmctl.remote.ask import checked
+from swarmctl.remote.answer_check import checked
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.ssh_limits import Timeouts
 from swarmctl.remote.transport import HostError, Kind, Output, Session

@@ -138,7 +138,7 @@ def test_the_expected_graph_has_their_nodes(tmp_path: Path) -> None:
 def test_status_probes_with_their_module_and_no_master(tmp_path: Path) -> None:
     swarm = swarm_of(written(tmp_path))
     graph = expected_graph(swarm, releases(bundles(swarm)))
-    assert request(graph, graph.hosts[0], 2.0)["module"] == "pebble_probe.observe"
+    assert request(graph, graph.hosts[0], 2.0).module == "pebble_probe.observe"
     assert not [one for one in diagnose(graph, {}).findings if one.check == "master"]
 
 
@@ -198,7 +198,7 @@ def test_the_provider_alone_joins_masters_of_ros_1(tmp_path: Path, registered: N
     )
     [hub] = [host for host in graph.hosts if host.multimaster is not None]
     assert (hub.name, hub.multimaster) == (HUB, MULTIMASTER)
-    assert f"/mesh_{HUB}" in [node["name"] for node in request(graph, hub, 2.0)["nodes"]]
+    assert f"/mesh_{HUB}" in request(graph, hub, 2.0).nodes
 
 
 def test_an_installed_package_brings_its_probe(tmp_path: Path, installed: Path) -> None:

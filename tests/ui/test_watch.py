@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.host_logs import HostLog
-from swarmctl.health.observations import Answer
 from swarmctl.remote import agent_client
 from swarmctl.remote.transport import HostError, Kind, Target
 from swarmctl.ui import watch as watching
@@ -76,7 +76,6 @@ def hosts(monkeypatch: pytest.MonkeyPatch) -> Hosts:
         yield session
 
     monkeypatch.setattr(agent_client, "agent_session", agent_session)
-    monkeypatch.setattr(watching, "answer_of", lambda data, received: Answer())
     monkeypatch.setattr(watching, "_AGAIN", 0.01)
     monkeypatch.setattr(watching, "_PAUSE", 1e6)
     return Hosts()

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from swarm_onboard.agent.observations import NodeSeen
+
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.observations import NodeSeen
 from swarmctl.health.swarm_health import Status, status
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
 from swarmctl.remote.transport import HostError
@@ -55,8 +55,8 @@ def graph(count: int) -> ExpectedGraph:
 
 
 def _faster(node: NodeSeen, by: float) -> NodeSeen:
-    rates = {at: replace(one, rate=(one.rate or 0) + by) for at, one in node.topics.items()}
-    return replace(node, topics=rates)
+    rates = {at: one._replace(rate=(one.rate or 0) + by) for at, one in node.topics.items()}
+    return node._replace(topics=rates)
 
 
 def answers(count: int) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def answers(count: int) -> dict[str, Any]:
         answer = well(host)
         nodes = {name: _faster(node, number % 5 / 10) for name, node in answer.nodes.items()}
         latency = 0.001 + number / 10_000
-        found[host.name] = replace(answer, nodes=nodes, master=replace(answer.master, latency=latency))
+        found[host.name] = answer._replace(nodes=nodes, master=answer.master._replace(latency=latency))
     return found
 
 

@@ -156,7 +156,7 @@ def test_hosts_without_a_release_are_one_cause_in_front() -> None:
 
 def test_symptoms_on_hosts_with_a_release_stay_shown() -> None:
     answers = fleets.answers(3)
-    unheard = replace(answers["tb-001"], master=replace(answers["tb-001"].master, reachable=False))
+    unheard = answers["tb-001"]._replace(master=answers["tb-001"].master._replace(reachable=False))
     bare = {name: nothing_deployed(answers[name]) for name in ("desk", "tb-002")}
     text = status(fleets.seen(3, bare | {"tb-001": unheard})).plain
     assert "nothing is deployed\n" in text

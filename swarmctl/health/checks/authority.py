@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from swarm_onboard.agent.observations import Report, SenderSeen
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.expected_graph import ExpectedRobot
-from swarmctl.health.observations import Answer, Report, SenderSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict, bad, listed, ok
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from statistics import median
 
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.expected_graph import ExpectedGraph
-from swarmctl.health.observations import Answer
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, ok, warning
 

@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from swarm_onboard.agent.observations import PeerSeen
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
 from swarmctl.health.node_faults import host_of
-from swarmctl.health.observations import Answer, PeerSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import bad, listed
 

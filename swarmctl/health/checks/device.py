@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import DeviceSeen
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import unit
 from swarmctl.health.expected_graph import ExpectedRobot
-from swarmctl.health.observations import DeviceSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, bad, ok, unknown
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link, unit
 from swarmctl.health.checks.connection import nodes_of
 from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.observations import Answer
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, bad, listed, ok, unknown
 

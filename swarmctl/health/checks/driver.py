@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import LaunchedSeen, NodeSeen
+from swarm_onboard.agent.systemd import UnitState
+
 from swarmctl.health import launched_nodes
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link, unit
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
 from swarmctl.health.launched_nodes import LaunchedDriver
 from swarmctl.health.node_faults import absent, dead, moved, unchecked
-from swarmctl.health.observations import LaunchedSeen, NodeSeen, UnitSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict, bad, ok, unknown
 
@@ -52,7 +54,7 @@ def causes(context: CheckContext, host: ExpectedHost, robot: ExpectedRobot) -> l
 
 
 def verdict(
-    robot: ExpectedRobot, host: ExpectedHost, process: UnitSeen | None, seen: NodeSeen | None
+    robot: ExpectedRobot, host: ExpectedHost, process: UnitState | None, seen: NodeSeen | None
 ) -> Verdict:
     """Checks the driver's node on ``host``. ``process``: its unit."""
     restart = f"on {robot.host}: sudo systemctl restart {robot.unit}"
@@ -107,5 +109,5 @@ def launched(robot: ExpectedRobot, host: ExpectedHost, seen: LaunchedSeen | None
     commands = (robot.takes,) if robot.command else ()
     expected = LaunchedDriver(robot.unit, subscribes=commands, provides=robot.provides)
     found = launched_nodes.problem(expected, host, seen)
-    started = () if seen is None else seen.started
+    started = {} if seen is None else seen.starts
     return found or ok(f"{', '.join(started)} runs" if started else "its launch file runs")

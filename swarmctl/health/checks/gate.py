@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from swarm_onboard.agent.observations import NodeSeen
+from swarm_onboard.agent.systemd import UnitState
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health import node_faults
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link, unit
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
-from swarmctl.health.observations import Answer, NodeSeen, UnitSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict, bad, listed, ok, unknown
 from swarmctl.render.middleware import ExpectedGate
@@ -53,7 +56,7 @@ def _runs(
     robot: ExpectedRobot,
     gate: ExpectedGate,
     host: ExpectedHost,
-    process: UnitSeen | None,
+    process: UnitState | None,
     seen: NodeSeen | None,
 ) -> Verdict:
     """Checks the gate's node on ``host``. ``process``: its unit."""
@@ -125,7 +128,7 @@ def _other_inputs(
 ) -> dict[str, list[str]]:
     """Returns the nodes of the driver by each topic of a command's type that they take beside the gate's."""
     launched = answer.launched.get(robot.unit)
-    nodes = {robot.node} if launched is None else {*launched.started, *launched.nodes}
+    nodes = {robot.node} if launched is None else {*launched.starts, *launched.nodes}
     found = {
         topic: [one for one in receivers if one in nodes and one != gate.node]
         for topic, receivers in hub.receivers.items()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import PingSeen
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
-from swarmctl.health.observations import PingSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, bad, ok, warning
 from swarmctl.swarm import names

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import LoadSeen
+
 from swarmctl.health.check_context import CheckContext
-from swarmctl.health.observations import LoadSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, listed, ok, warning
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from urllib.parse import urlsplit
 
+from swarm_onboard.agent.observations import MasterSeen
+from swarm_onboard.agent.systemd import UnitState
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link, unit
 from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.observations import MasterSeen, UnitSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, bad, ok, unknown
 
@@ -39,7 +41,7 @@ def compare(found: Findings, context: CheckContext) -> None:
 
 
 def _verdict(
-    host: ExpectedHost, seen: MasterSeen | None, run_id: str, process: UnitSeen | None, *, foreign: bool
+    host: ExpectedHost, seen: MasterSeen | None, run_id: str, process: UnitState | None, *, foreign: bool
 ) -> Verdict:
     """Checks the master as ``host`` reaches it.
 

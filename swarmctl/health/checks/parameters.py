@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import NodeSeen
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.expected_graph import ExpectedRobot
-from swarmctl.health.observations import NodeSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, bad, listed, ok
 

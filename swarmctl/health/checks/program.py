@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import NodeSeen
+from swarm_onboard.agent.verbs.probe import Answer
 from swarm_onboard.common.systemd import WAITS
 
 from swarmctl.health import container_image, launched_nodes, node_faults
@@ -10,7 +12,6 @@ from swarmctl.health.checks import link
 from swarmctl.health.checks import unit as units
 from swarmctl.health.expected_graph import ExpectedHost
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.observations import Answer, NodeSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict, bad, ok, unknown, warning
 

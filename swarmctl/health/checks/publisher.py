@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks.connection import unconnected
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
-from swarmctl.health.observations import Answer
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, bad, listed, warning
 

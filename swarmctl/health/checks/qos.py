@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from swarm_onboard.agent.observations import UnmatchedSeen
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks.connection import Owner, nodes_of
-from swarmctl.health.observations import UnmatchedSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health.check_context import CheckContext
-from swarmctl.health.observations import Answer
 from swarmctl.health.root_cause import HOST, Findings
 from swarmctl.health.verdict import Verdict, bad, ok, unknown
 from swarmctl.remote.transport import HostError, Kind

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from swarm_onboard.agent import record
+from swarm_onboard.agent.deployed import Transaction
+from swarm_onboard.agent.edits import Drift
 
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.observations import ChangeSeen, DriftSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, bad, listed, ok, warning
 
@@ -55,9 +56,8 @@ def compare(found: Findings, context: CheckContext) -> None:
         if answer.release is not None or "release" not in answer.troubles:
             found.add("release", host.name, _release(host, answer.release), host=host)
         if answer.change is not None:
-            found.add(CHANGE, host.name, _change(host, answer.change), host=host)
-        in_change = answer.change is not None and answer.change.holder is not None
-        if answer.drift is not None and not in_change:
+            found.add(CHANGE, host.name, _change(host, answer.change, answer.holder), host=host)
+        if answer.drift is not None and answer.holder is None:
             found.add(FILES, host.name, _drift(answer.drift), host=host, after=[f"{CHANGE} {host.name}"])
 
 
@@ -70,9 +70,9 @@ def _release(host: ExpectedHost, seen: str | None) -> Verdict:
     return ok(f"runs {seen}")
 
 
-def _change(host: ExpectedHost, seen: ChangeSeen) -> Verdict:
-    if seen.holder is not None:
-        return warning(f"is under way: {seen.holder}", "look again when it has ended")
+def _change(host: ExpectedHost, seen: Transaction, holder: str | None) -> Verdict:
+    if holder is not None:
+        return warning(f"is under way: {holder}", "look again when it has ended")
     if seen.state == record.PENDING and seen.left > 0:
         text = f"of {seen.who} waits for its confirmation, and is undone in {seen.left:.0f} s without it"
         return warning(text, "look again then")
@@ -83,7 +83,7 @@ def _change(host: ExpectedHost, seen: ChangeSeen) -> Verdict:
     return ok("none is open")
 
 
-def _drift(seen: DriftSeen) -> Verdict:
+def _drift(seen: Drift) -> Verdict:
     """Compares with the release. What people have added is only a warning."""
     added = [path for path, what in seen.files.items() if what == "extra" and _CACHE not in path.split("/")]
     faults = [*_faults(seen.files), *_links(seen.links), *_blocks(seen.blocks)]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import Report
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import unit
-from swarmctl.health.observations import Report
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict
 

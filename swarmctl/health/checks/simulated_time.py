@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import SimulatedTimeSeen
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks.program import CHECK as PROGRAM
 from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.observations import SimulatedTimeSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict, bad, listed, ok, unknown
 from swarmctl.swarm.topics import CLOCK

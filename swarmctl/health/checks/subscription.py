@@ -6,12 +6,13 @@ publisher drops a subscriber whose package has another definition of the type.
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import SenderSeen, UnconnectedSeen
+
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import authority, connection, link
 from swarmctl.health.checks.connection import Owner
 from swarmctl.health.expected_graph import ExpectedHost
 from swarmctl.health.node_faults import host_of
-from swarmctl.health.observations import SenderSeen, UnconnectedSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import Verdict, bad
 

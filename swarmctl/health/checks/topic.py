@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from swarm_onboard.agent.observations import LoadSeen, NodeSeen, TopicSeen
+from swarm_onboard.agent.verbs.probe import Answer
+
 from swarmctl.health import launched_nodes
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import driver, program, simulated_time, unit
 from swarmctl.health.checks.load import BUSY
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
-from swarmctl.health.observations import Answer, LoadSeen, NodeSeen, TopicSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict, bad, ok, unknown, warning
 from swarmctl.swarm.topics import DriverTopic

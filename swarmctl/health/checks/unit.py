@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from swarm_onboard.agent.systemd import UnitState
+from swarm_onboard.agent.verbs.probe import Answer
 from swarm_onboard.common.systemd import REJOINS
 
 from swarmctl.health import unit_conditions
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks.release import FILES
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
-from swarmctl.health.observations import Answer, UnitSeen
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict, bad, ok, unknown, warning
 
@@ -104,7 +105,7 @@ def key(host: str, unit: str | None) -> str:
     return f"{CHECK} {_subject(host, unit or '')}"
 
 
-def verdict(name: str, host: str, seen: UnitSeen | None) -> Verdict:
+def verdict(name: str, host: str, seen: UnitState | None) -> Verdict:
     """Checks that a systemd unit runs, that no process of it is stopped, and that it keeps running."""
     journal = f"on {host}: sudo journalctl -u {name} -n 50"
     if seen is None:
@@ -130,7 +131,7 @@ def verdict(name: str, host: str, seen: UnitSeen | None) -> Verdict:
     return ok(_with("runs", seen.text))
 
 
-def _troubled(name: str, host: str, seen: UnitSeen, journal: str) -> Verdict | None:
+def _troubled(name: str, host: str, seen: UnitState, journal: str) -> Verdict | None:
     """Checks what a unit that runs may hide: stopped processes, and restarts one after the other."""
     if seen.stopped:
         numbers = " ".join(one.partition(" ")[0] for one in seen.stopped)
@@ -150,23 +151,23 @@ def _troubled(name: str, host: str, seen: UnitSeen, journal: str) -> Verdict | N
     return None
 
 
-def _rejoins(seen: UnitSeen) -> bool:
+def _rejoins(seen: UnitState) -> bool:
     """Returns True if it ended at this moment to join the master that has replaced its own."""
     return seen.exit == _REJOINED and (seen.restarted > 0 or seen.sub == "auto-restart")
 
 
-def _lately(seen: UnitSeen) -> str:
+def _lately(seen: UnitState) -> str:
     text = f"{times(seen.recent)} within {RESTART_WINDOW / 60:g} min, last result {ending(seen)}"
     return text + _running(seen)
 
 
-def ending(seen: UnitSeen) -> str:
+def ending(seen: UnitState) -> str:
     """Returns how it ended: systemd's result, which is ``success`` while it runs again, and the exit code."""
     known = [one for one in (seen.result, seen.exit) if one and not (seen.exit and one == "success")]
     return ", ".join(known) or "unknown"
 
 
-def log_of(seen: UnitSeen) -> str:
+def log_of(seen: UnitState) -> str:
     """Returns the end of the log of a unit that does not run."""
     return f"; its log ends with: {seen.log}" if seen.log and not seen.runs else ""
 
@@ -176,7 +177,7 @@ def times(restarts: int) -> str:
     return f"restarted {restarts} time{'' if restarts == 1 else 's'}"
 
 
-def _running(seen: UnitSeen) -> str:
+def _running(seen: UnitState) -> str:
     """For how long a restarted unit has run by now, in s, min or h, rounded down."""
     if not seen.runs or seen.running < 1:
         return ""

@@ -18,7 +18,7 @@ from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs import history, observe
 
 from swarmctl.remote import agent_client
-from swarmctl.remote.ask import checked
+from swarmctl.remote.answer_check import checked
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.resources import onboard
 from tests.timing import PATIENCE
@@ -30,7 +30,7 @@ BOOT = f"import sys; sys.path.insert(0, {FOLDER!r}); "
 BOOT += f"from swarm_onboard.agent.main import serve; serve({NONCE!r})"
 
 #: The state of a unit that runs.
-RUNS = UnitState("loaded", "active", "running", "success", "", 1, 0, False, [], False)
+RUNS = UnitState("loaded", "active", "running", "success", "", 1, 0)
 
 # Keeps one file per running unit: its process id, and the release and the secrets it was started from.
 SYSTEMCTL = r"""#!/bin/sh

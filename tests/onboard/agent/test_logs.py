@@ -12,7 +12,8 @@ import pytest
 from swarm_onboard.agent.verbs import logs
 
 from swarmctl.remote import agent_client
-from swarmctl.remote.ask import ask, checked, of_note
+from swarmctl.remote.answer_check import checked, of_note
+from swarmctl.remote.ask import ask
 from tests.onboard.agent.fakehost import FakeHost
 from tests.onboard.agent.local_session import LocalSession
 from tests.timing import wait_for

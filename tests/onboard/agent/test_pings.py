@@ -22,7 +22,7 @@ def program(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("words", ["7 received, 3 duplicates", "7 packets received"])
 def test_losses_are_counted_by_any_ping(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str) -> None:
     program(tmp_path, f"echo 'PING'; echo '10 packets transmitted, {words}, 30% packet loss'", monkeypatch)
-    assert Pings({HERE: 0.2}).counts() == {HERE: {"sent": 10, "received": 7}}
+    assert Pings({HERE: 0.2}).counts() == {HERE: (10, 7)}
 
 
 @pytest.mark.parametrize("text", ["exit 2", "echo nonsense", "exec sleep 3600"])

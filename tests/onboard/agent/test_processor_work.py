@@ -19,6 +19,6 @@ def test_the_busiest_processes_are_named() -> None:
     after[1 << 30] = "new", 9
     seen = Work(before.busy + passed * 3 // 4, before.all + passed, after).since(before)
     assert seen is not None
-    assert (seen["busy"], round(seen["own"], 3)) == (0.75, 0.7)
+    assert (seen.busy, round(seen.own, 3)) == (0.75, 0.7)
     first, _, third = list(worked)
-    assert seen["busiest"][:2] == [f"{before.processes[pid][0]} ({pid})" for pid in (first, third)]
+    assert seen.busiest[:2] == [f"{before.processes[pid][0]} ({pid})" for pid in (first, third)]

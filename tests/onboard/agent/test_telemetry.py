@@ -11,7 +11,7 @@ from swarm_onboard.agent.verbs import telemetry
 from swarm_onboard.agent.verbs.telemetry import RobotTelemetry, Telemetry
 
 from swarmctl.remote import agent_client
-from swarmctl.remote.ask import of_note
+from swarmctl.remote.answer_check import of_note
 from tests.onboard.agent.test_stop import SWARM, running
 
 MOVES = {"pose": [1.23456, 2.0, 0.5], "driven": [0.1, 0.0], "commanded": [0.2, 0.0], "battery": 0.51234}

@@ -76,7 +76,7 @@ def test_the_last_exit_is_in_the_journal(event: dict[str, Any], shown: str, host
 def test_restarts_count_since_a_start_by_hand(restarts: int, events: int, recent: int, host: Path) -> None:
     journal(host, *[RESTARTED] * events)
     seen = {UNIT: RUNS._replace(restarts=restarts, active="active")}
-    assert unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["recent"] == recent
+    assert unit_history.with_restarts(Home("test", str(host)), seen, 600.0)[0][UNIT].recent == recent
 
 
 def test_a_restarted_unit_has_run_for_a_time(host: Path) -> None:
@@ -85,7 +85,7 @@ def test_a_restarted_unit_has_run_for_a_time(host: Path) -> None:
     program(host, "systemctl", f"printf 'Id=%s\\nActiveEnterTimestampMonotonic=%d\\n' {UNIT} {entered:.0f}")
     for active, seconds in (("active", 3.0), ("activating", 0.0)):
         seen = {UNIT: RUNS._replace(restarts=1, active=active)}
-        assert unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["running"] == seconds
+        assert unit_history.with_restarts(Home("test", str(host)), seen, 600.0)[0][UNIT].running == seconds
 
 
 def test_the_end_of_the_log_of_a_unit_that_does_not_run_is_shown(host: Path) -> None:
@@ -94,8 +94,8 @@ def test_the_end_of_the_log_of_a_unit_that_does_not_run_is_shown(host: Path) -> 
     journal(host, *[{"MESSAGE": one, "_SYSTEMD_UNIT": UNIT} for one in lines])
     for active, shown in (("active", ""), ("activating", " | ".join(["no port", *lines[2:]]))):
         seen = {UNIT: RUNS._replace(restarts=1, active=active)}
-        found = unit_history.restarts(Home("test", str(host)), seen, 600.0)
-        assert (found[UNIT]["log"], found[UNIT]["starting"]) == (shown, 0.0)
+        found, _ = unit_history.with_restarts(Home("test", str(host)), seen, 600.0)
+        assert (found[UNIT].log, found[UNIT].starting) == (shown, 0.0)
 
 
 def test_the_last_line_of_a_log_is_shown_whole_and_once(host: Path) -> None:
@@ -110,7 +110,7 @@ def test_a_first_start_that_takes_long_is_measured(host: Path) -> None:
     left = (UP - 30) * 1e6
     program(host, "systemctl", f"printf 'Id=%s\\nInactiveExitTimestampMonotonic=%d\\n' {UNIT} {left:.0f}")
     seen = {UNIT: RUNS._replace(restarts=0, active="activating")}
-    assert unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["starting"] == 30.0
+    assert unit_history.with_restarts(Home("test", str(host)), seen, 600.0)[0][UNIT].starting == 30.0
 
 
 def test_a_restart_that_follows_a_new_master_does_not_count(host: Path) -> None:
@@ -124,9 +124,9 @@ def test_a_restart_that_follows_a_new_master_does_not_count(host: Path) -> None:
 
 def test_the_journal_is_left_alone_where_nothing_restarted(host: Path) -> None:
     seen = {UNIT: RUNS._replace(restarts=0, active="active")}
-    found = unit_history.restarts(Home("test", str(host)), seen, 600.0)
+    _, since = unit_history.with_restarts(Home("test", str(host)), seen, 600.0)
     assert not (host / "calls").exists()
-    assert found[UNIT]["since"] == NOW - UP + 5
+    assert since[UNIT] == NOW - UP + 5
 
 
 def test_the_time_before_the_current_release_does_not_count(host: Path) -> None:
@@ -135,9 +135,9 @@ def test_the_time_before_the_current_release_does_not_count(host: Path) -> None:
     Path(home.current_link).symlink_to("releases/a")
     journal(host, RESTARTED)
     seen = {UNIT: RUNS._replace(restarts=3, active="active")}
-    found = unit_history.restarts(home, seen, 600.0)
-    assert found[UNIT]["since"] == Path(home.current_link).lstat().st_mtime
-    assert found[UNIT]["recent"] == 0
+    found, since = unit_history.with_restarts(home, seen, 600.0)
+    assert since[UNIT] == Path(home.current_link).lstat().st_mtime
+    assert found[UNIT].recent == 0
 
 
 def proc(folder: Path, pid: int, group: str, state: str, words: Sequence[str]) -> None:

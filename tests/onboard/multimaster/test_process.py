@@ -152,10 +152,10 @@ def test_its_diagnostics_are_ros_messages(running: Running, own: Rosmaster) -> N
         return flow.first_body
 
     (status,) = client.diagnostics_in(asyncio.run(received()))
-    assert (status["level"], status["name"]) == (0, "a: multimaster")
-    assert status["message"] == "1 of 1 peers connected"
-    assert status["values"]["b"] == "connected"
-    assert status["values"]["b topics received"] == "/b/odom 1"
+    assert (status.level, status.name) == (0, "a: multimaster")
+    assert status.message == "1 of 1 peers connected"
+    assert status.values["b"] == "connected"
+    assert status.values["b topics received"] == "/b/odom 1"
 
 
 def test_a_wrong_parameter_file_is_reported_in_one_line(tmp_path: Path) -> None:

@@ -88,9 +88,9 @@ def test_the_first_message_can_be_kept() -> None:
     body = diagnostics(2, "no serial port /dev/swarm/k3")
     flow = listened(publishing("diagnostic_msgs/DiagnosticArray", 20.0, body), keep=True)
     (status,) = client.diagnostics_in(flow.first_body)
-    assert status["level"] == 2
-    assert status["message"] == "no serial port /dev/swarm/k3"
-    assert status["values"] == {"port": "/dev/swarm/k3"}
+    assert status.level == 2
+    assert status.message == "no serial port /dev/swarm/k3"
+    assert status.values == {"port": "/dev/swarm/k3"}
 
 
 @given(st.binary(max_size=200))
@@ -102,7 +102,7 @@ def test_any_bytes_are_diagnostics_or_an_error(body: bytes) -> None:
 @given(st.integers(0, 3), st.text(max_size=150), st.text(max_size=150))
 def test_diagnostics_are_read_as_they_were_written(level: int, message: str, name: str) -> None:
     (status,) = client.diagnostics_in(diagnostics(level, message, name))
-    assert (status["level"], status["message"], status["name"]) == (level, message, name)
+    assert (status.level, status.message, status.name) == (level, message, name)
 
 
 def http(

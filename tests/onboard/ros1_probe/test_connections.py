@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.observations import UnconnectedSeen
+from swarm_onboard.agent.verbs.probe import Request
 from swarm_onboard.ros1_probe import client, connections
 from swarm_onboard.ros1_probe.connections import md5_of
 
@@ -46,13 +48,10 @@ def two_nodes(of_driver: Bus, of_pilot: Bus) -> Iterator[FakeRos]:
                 yield FakeRos(nodes, {COMMAND: ["/pilot"]}, {COMMAND: ["/k3/driver"]})
 
 
-def looked(fake: FakeRos, **other: Any) -> list[dict[str, Any]]:
-    answer: dict[str, Any] = {"troubles": {}}
+def looked(fake: FakeRos, advertised: str = "127.0.0.1") -> list[UnconnectedSeen]:
     with served(fake.functions()) as master:
-        request = {"master": master, "advertised": "127.0.0.1", "inputs": [COMMAND], **other}
-        state = (fake.publishers, fake.subscribers)
-        asyncio.run(connections.look(request, state, answer))  # type: ignore[arg-type]
-    return answer["unconnected"]
+        request = Request("new", "", master=master, advertised=advertised, inputs=[COMMAND])
+        return asyncio.run(connections.unconnected(request, (fake.publishers, fake.subscribers)))
 
 
 TO_PILOT, TO_DRIVER = connection("PILOT"), connection("/k3/driver", connected=1)
@@ -76,16 +75,16 @@ def test_both_nodes_must_know_of_a_connection(of_driver: Bus, of_pilot: Bus, mis
 def test_a_pair_has_the_type_and_both_md5_sums() -> None:
     with two_nodes([], []) as fake:
         assert looked(fake) == [
-            {
-                "node": "/k3/driver",
-                "publisher": "/pilot",
-                "uri": fake.nodes["/pilot"].rstrip("/"),
-                "topic": COMMAND,
-                "type": TWIST,
-                "md5": f"{TWIST} of 42",
-                "publisher_type": TWIST,
-                "publisher_md5": OTHER,
-            }
+            UnconnectedSeen(
+                "/k3/driver",
+                "/pilot",
+                fake.nodes["/pilot"].rstrip("/"),
+                COMMAND,
+                TWIST,
+                f"{TWIST} of 42",
+                publisher_type=TWIST,
+                publisher_md5=OTHER,
+            )
         ]
 
 

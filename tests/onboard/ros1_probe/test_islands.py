@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator
-from typing import Any
 
 import pytest
+from swarm_onboard.agent.observations import ForeignNode, GraphSeen
+from swarm_onboard.agent.verbs.probe import Request
 from swarm_onboard.common.xmlrpc import PeerError
 from swarm_onboard.ros1_probe import islands
 
@@ -33,29 +34,29 @@ def master() -> Iterator[tuple[FakeRos, str]]:
         yield fake, uri
 
 
-def look(uri: str, topics: list[str]) -> dict[str, Any]:
-    return asyncio.run(islands.look(uri, {"topics": topics, "own": OWN}))
+def look(uri: str, topics: list[str]) -> GraphSeen:
+    async def graph() -> GraphSeen:
+        request = Request("new", "", master=uri, graph=True, bridged=topics, own=OWN)
+        (part,) = [part async for part in islands.look(request)]
+        return part["graph"]
+
+    return asyncio.run(graph())
 
 
 def test_publishers_of_bridged_topics_have_their_addresses(master: tuple[FakeRos, str]) -> None:
     found = look(master[1], ["/k3/odom", "/stale", "/nothing"])
-    assert found["publishers"] == {
+    assert found.publishers == {
         "/k3/odom": {"/k3/driver": "http://192.168.77.11:4003/"},
         "/stale": {"/gone": ""},
         "/nothing": {},
     }
-    assert found["types"] == {"/k3/odom": ODOM}
+    assert found.types == {"/k3/odom": ODOM}
 
 
 def test_a_foreign_node_is_found_by_its_address(master: tuple[FakeRos, str]) -> None:
     """A host's own name counts as its address, however it is written; a node that just left is nobody."""
-    assert look(master[1], [])["strangers"] == [
-        {
-            "node": "/k3/driver",
-            "uri": "http://192.168.77.11:4003/",
-            "publishes": ["/k3/odom"],
-            "subscribes": ["/koala/cmd_vel"],
-        }
+    assert look(master[1], []).foreign == [
+        ForeignNode("/k3/driver", "http://192.168.77.11:4003/", ["/k3/odom"], ["/koala/cmd_vel"])
     ]
 
 

@@ -16,12 +16,13 @@ from urllib.parse import urlsplit
 import pytest
 from swarm_onboard.agent import processes, unit_history, unit_journal
 from swarm_onboard.agent.errors import FailedError
-from swarm_onboard.agent.probe_messages import GraphAnswer
+from swarm_onboard.agent.observations import EndedSeen
 from swarm_onboard.agent.processes import Process
 from swarm_onboard.agent.unit_journal import Message
+from swarm_onboard.agent.verbs.probe import Answer, Request
 from swarm_onboard.ros1_probe import launched, name_conflicts, observe
 
-from swarmctl.remote.answer_check import mismatch
+from tests.onboard.agent.fakehost import RUNS
 from tests.onboard.ros1_probe.ros_fakes import FakeRos, peer, publishing, served, slave
 
 UNIT = "swarm-test.map.service"
@@ -67,7 +68,7 @@ def graph() -> Iterator[str]:
 
 def probed(
     master: str, pid: int, monkeypatch: pytest.MonkeyPatch, lines: Any = (), wanted: Any = WANTED
-) -> dict[str, Any]:
+) -> Answer:
     """What the probe finds of one unit; ``pid``: its roslaunch, or 0. ``lines``: of its log, or an error."""
 
     def messages(unit: str, since: float, number: int = 0) -> Any:
@@ -79,40 +80,32 @@ def probed(
     found += [Process(pid, "S", ["/usr/bin/python3", "/usr/bin/roslaunch"])] if pid else []
     monkeypatch.setattr(unit_history, "running", lambda units: dict.fromkeys(units, found))
     monkeypatch.setattr(unit_journal, "messages", messages)
-    answer: dict[str, Any] = {
-        "troubles": {},
-        "units": {UNIT: {"active": "active", "restarted": 0}},
-        "history": {UNIT: {"recent": 0, "exit": "", "since": 0.0}},
-    }
-    request = {
-        "master": master, "nodes": [], "commands": [], "command_types": [], "publishers": {}, "peers": [],
-        "inputs": [], "graph": None, "clock": None, "provides": ["/lab/save", "/lab/load", "/lab/move"],
-        "advertised": "127.0.0.1", "launched": {UNIT: wanted},
-    }  # fmt: skip
-    observe.observe(request, answer)  # type: ignore[arg-type]
-    assert mismatch(answer, GraphAnswer) == ""
-    observe.observe_logs(answer)  # type: ignore[arg-type]
-    return answer
+    answer = Answer(units={UNIT: RUNS}, since={UNIT: 0.0})
+    request = Request(
+        "test", observe.__name__, master=master, provides=["/lab/save", "/lab/load", "/lab/move"],
+        advertised="127.0.0.1", launched={UNIT: wanted},
+    )  # fmt: skip
+    return observe.observe_logs(observe.observe(request, answer))
 
 
 def test_roslaunch_names_its_nodes(graph: str, roslaunch: int, monkeypatch: pytest.MonkeyPatch) -> None:
     answer = probed(graph, roslaunch, monkeypatch)
-    found = answer["launched"][UNIT]
-    assert found["error"] == ""
-    assert found["starts"] == {"/lab/scan": 1, "/lab/quiet": 4, "/rosout": 1}
-    assert found["ended"] == {"/lab/gone": {"exit": "", "lasted": None}}
-    assert found["nodes"]["/lab/quiet"]["registered"] is False
-    scan = found["nodes"]["/lab/scan"]
-    assert set(scan["topics"]) == {"/lab/scan"}
-    assert 14 < scan["topics"]["/lab/scan"]["rate"] < 26
-    assert 0 <= scan["topics"]["/lab/scan"]["age"] < 0.4
-    assert answer["troubles"] == {}
+    found = answer.launched[UNIT]
+    assert found.error == ""
+    assert found.starts == {"/lab/scan": 1, "/lab/quiet": 4, "/rosout": 1}
+    assert found.ended == {"/lab/gone": EndedSeen("", None)}
+    assert found.nodes["/lab/quiet"].registered is False
+    scan = found.nodes["/lab/scan"]
+    assert set(scan.topics) == {"/lab/scan"}
+    assert 14 < scan.topics["/lab/scan"].rate < 26
+    assert 0 <= scan.topics["/lab/scan"].age < 0.4
+    assert answer.troubles == {}
 
 
 def test_other_programs_are_found_by_their_topics(graph: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = probed(graph, 0, monkeypatch)["launched"][UNIT]
-    assert list(found["nodes"]) == ["/lab/scan"]
-    assert found["starts"] == {}
+    found = probed(graph, 0, monkeypatch).launched[UNIT]
+    assert list(found.nodes) == ["/lab/scan"]
+    assert found.starts == {}
 
 
 @pytest.mark.parametrize("name", ["/lab/save", "/lab/move"])
@@ -120,17 +113,17 @@ def test_they_are_found_by_a_service_or_an_action_too(
     name: str, graph: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The master does not have the type of a service."""
-    [(node, found)] = probed(graph, 0, monkeypatch, wanted={name: 0.0})["launched"][UNIT]["nodes"].items()
+    [(node, found)] = probed(graph, 0, monkeypatch, wanted={name: 0.0}).launched[UNIT].nodes.items()
     assert node == "/lab/scan"
-    assert found["provides"] == {"/lab/save": "", "/lab/move": "move_base_msgs/action/MoveBase"}
+    assert found.provides == {"/lab/save": "", "/lab/move": "move_base_msgs/action/MoveBase"}
 
 
 def test_a_roslaunch_that_is_gone_costs_its_unit_only(graph: str, monkeypatch: pytest.MonkeyPatch) -> None:
     with subprocess.Popen(["true"]) as gone:
         gone.wait()
     answer = probed(graph, gone.pid, monkeypatch)
-    assert "No such file" in answer["launched"][UNIT]["error"]
-    assert answer["master"]["reachable"]
+    assert "No such file" in answer.launched[UNIT].error
+    assert answer.master.reachable
 
 
 @pytest.mark.parametrize("lists", ["[]", "[[], [], []]", "5", "[5, []]", "[[5], []]"])
@@ -140,16 +133,16 @@ def test_an_answer_that_is_not_that_of_roslaunch_costs_its_unit_only(
     with served({"list_processes": lambda: [1, "processes", json.loads(lists)]}) as uri:
         monkeypatch.setattr(processes, "listening_ports", lambda pid=0: [urlsplit(uri).port])
         answer = probed(graph, os.getpid(), monkeypatch)
-    assert answer["launched"][UNIT]["error"] == "the answer of roslaunch makes no sense"
-    assert answer["master"]["reachable"]
+    assert answer.launched[UNIT].error == "the answer of roslaunch makes no sense"
+    assert answer.master.reachable
 
 
 def test_a_log_that_cannot_be_read_is_a_trouble(
     graph: str, roslaunch: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     answer = probed(graph, roslaunch, monkeypatch, FailedError("no journal"))
-    assert answer["troubles"] == {"launched": "no journal", "conflicts": "no journal"}
-    assert answer["launched"][UNIT]["ended"]
+    assert answer.troubles == {"launched": "no journal", "conflicts": "no journal"}
+    assert answer.launched[UNIT].ended
 
 
 LOG = [
@@ -165,15 +158,15 @@ LOG = [
 
 def test_the_log_of_roslaunch_has_how_a_node_ended() -> None:
     assert launched.endings_in(LOG) == {
-        "/once": {"exit": "exit code 0", "lasted": 3.0},
-        "/lab/gone": {"exit": "exit code -9", "lasted": 300.0},
-        "/early": {"exit": "exit code 1", "lasted": None},
+        "/once": EndedSeen("exit code 0", 3.0),
+        "/lab/gone": EndedSeen("exit code -9", 300.0),
+        "/early": EndedSeen("exit code 1", None),
     }
 
 
 def test_an_ended_node_gets_its_ending(graph: str, roslaunch: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = probed(graph, roslaunch, monkeypatch, LOG)["launched"][UNIT]
-    assert found["ended"] == {"/lab/gone": {"exit": "exit code -9", "lasted": 300.0}}
+    found = probed(graph, roslaunch, monkeypatch, LOG).launched[UNIT]
+    assert found.ended == {"/lab/gone": EndedSeen("exit code -9", 300.0)}
 
 
 NAMESAKE = "[/lab/scan] Reason: new node registered with same name"
@@ -192,12 +185,12 @@ def test_a_node_ended_by_its_namesake_is_counted(text: str) -> None:
         Message(now, "shutdown request: [/b] Reason: x"),
     ]
     found = name_conflicts.conflicts_in(lines, now)
-    assert found == {"/lab/scan": {"count": 2, "ago": pytest.approx(20)}}
+    assert found == {"/lab/scan": (2, pytest.approx(20))}
 
 
 def test_the_log_of_a_unit_that_lost_a_node_is_read(
     graph: str, roslaunch: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lines = [Message(time.time(), NAMESAKE)]
-    assert probed(graph, roslaunch, monkeypatch, lines)["conflicts"][UNIT]["/lab/scan"]["count"] == 1
-    assert probed(graph, 0, monkeypatch, lines)["conflicts"] == {}
+    assert probed(graph, roslaunch, monkeypatch, lines).conflicts[UNIT]["/lab/scan"].count == 1
+    assert probed(graph, 0, monkeypatch, lines).conflicts == {}

@@ -10,6 +10,8 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.observations import PeerSeen
+from swarm_onboard.agent.verbs.probe import Request
 from swarm_onboard.common.xmlrpc import PeerError
 from swarm_onboard.ros1_probe import client, peers
 
@@ -19,13 +21,17 @@ from tests.timing import PATIENCE
 COMMAND, TWIST = "/k3/cmd_vel", "geometry_msgs/Twist"
 
 
-def looked(fake: FakeRos, **other: Any) -> Any:
-    answer: dict[str, Any] = {"peers": {}, "troubles": {}}
+def looked(fake: FakeRos, **other: Any) -> dict[str, PeerSeen]:
+    found: dict[str, PeerSeen] = {}
+
+    async def look(request: Request) -> None:
+        async for part in peers.look(request):
+            found.update(part.get("peers", {}))
+
     with served(fake.functions()) as master:
-        request = {"master": master, "advertised": "10.0.0.1", "peers": [], "inputs": [COMMAND], **other}
-        asyncio.run(peers.look(request, answer))  # type: ignore[arg-type]
-    assert answer["troubles"] == {}
-    return answer["peers"]
+        request = Request("new", "", master=master, advertised="10.0.0.1", inputs=[COMMAND])
+        asyncio.run(look(request._replace(**other)))
+    return found
 
 
 @contextmanager
@@ -50,8 +56,8 @@ def test_the_port_for_topics_is_tried_without_a_subscription() -> None:
     headers: list[bytes] = []
     with peer(lambda one: headers.append(received_header(one))) as port, publisher(port) as fake:
         found = looked(fake)
-    assert found["/pilot"]["error"] == ""
-    assert found["/pilot"]["topics"] == [COMMAND]
+    assert found["/pilot"].error == ""
+    assert found["/pilot"].topics == [COMMAND]
     assert len(headers) == 1
     assert b"service=/pilot/get_loggers" in headers[0]
     assert b"probe=1" in headers[0]
@@ -64,8 +70,8 @@ def test_a_port_for_topics_that_lets_nothing_in_has_address_and_cause(
     monkeypatch.setattr(client, "_CONNECT_SECONDS", 0.3)
     with dropping() as port, publisher(port) as fake:
         found = looked(fake)["/pilot"]
-        assert (found["port"], found["error"]) == (port, f"127.0.0.1:{port}: timed out")
-        assert looked(fake, peers=["/pilot"], inputs=[])["/pilot"]["error"] == ""  # a master needs no topic
+        assert (found.port, found.error) == (port, f"127.0.0.1:{port}: timed out")
+        assert looked(fake, peers=["/pilot"], inputs=[])["/pilot"].error == ""  # a master needs no topic
 
 
 def test_slave_apis_are_tried_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,14 +87,14 @@ def test_slave_apis_are_tried_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(client, "try_port", try_port)
     found = looked(FakeRos(dict.fromkeys(names, "http://127.0.0.1:9/")), peers=names)
-    assert {one["error"] for one in found.values()} == {"127.0.0.1:9: timed out"}
+    assert {one.error for one in found.values()} == {"127.0.0.1:9: timed out"}
 
 
 def test_a_node_that_accepts_and_never_answers_is_connected_to(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client, "call", _quickly(client.call))
     with peer(lambda one: one.recv(1 << 16) and time.sleep(0.5)) as port:
         found = looked(FakeRos({"/pilot": f"http://127.0.0.1:{port}/"}, {COMMAND: ["/pilot"]}))
-    assert found["/pilot"]["error"] == ""
+    assert found["/pilot"].error == ""
 
 
 def _quickly(call: Any) -> Any:

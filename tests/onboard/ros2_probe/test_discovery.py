@@ -8,7 +8,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
-from swarm_onboard.agent.probe_messages import GraphAnswer
+from swarm_onboard.agent.observations import LaunchedSeen
 from swarm_onboard.ros2_probe import look
 from swarm_onboard.ros2_probe.endpoints import Endpoint, Graph
 
@@ -20,7 +20,7 @@ PUBLISHERS = (end(GATE, DRIVEN, TWIST), end(ROBOT, ODOM))
 SUBSCRIPTIONS = (end(GATE, "/tb/cmd_vel", TWIST), end(ROBOT, DRIVEN, TWIST))
 DOCKS = {ROBOT: {"/tb/dock": "irobot_create_msgs/action/Dock"}}
 WANTED = request(
-    nodes=[{"name": GATE, "topics": {}}],
+    nodes={GATE: {}},
     launched={UNIT: {ODOM: 0.0}},
     commands=[DRIVEN],
     publishers={},
@@ -41,13 +41,13 @@ def graph(*without: Endpoint, more: int = 0, services: Any = DOCKS) -> Graph:
 
 
 @pytest.fixture
-def seen(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[GraphAnswer, float]]:
+def seen(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[dict[str, Any], float]]:
     """What a look at a graph reports, and after how many s of a clock that its turns move."""
     senders = ModuleType("swarm_onboard.ros2.senders")
     vars(senders).update(subscribe_with_sender=None)
     monkeypatch.setitem(sys.modules, senders.__name__, senders)
 
-    def looked(at: Callable[[float], Graph], wanted: Any = WANTED) -> tuple[GraphAnswer, float]:
+    def looked(at: Callable[[float], Graph], wanted: Any = WANTED) -> tuple[dict[str, Any], float]:
         now = [0.0]
 
         def turn() -> None:
@@ -90,16 +90,16 @@ def test_a_whole_graph_is_not_waited_for(seen: Any) -> None:
 def test_what_is_expected_is_waited_for(seen: Any, late: Endpoint) -> None:
     """Seven seconds in which nothing else appears: announcements were lost twice."""
     answer, took = seen(lambda now: graph() if now > 7 else graph(late))
-    [driver] = answer["launched"][UNIT]["nodes"].values()
-    assert (driver["publishes"].keys(), driver["subscribes"].keys()) == ({ODOM}, {DRIVEN})
+    [driver] = answer["launched"][UNIT].nodes.values()
+    assert (driver.publishes.keys(), driver.subscribes.keys()) == ({ODOM}, {DRIVEN})
     assert answer["receivers"][DRIVEN] == [ROBOT]
-    assert answer["nodes"][GATE]["subscribes"].keys() == {"/tb/cmd_vel"}
+    assert answer["nodes"][GATE].subscribes.keys() == {"/tb/cmd_vel"}
     assert not answer["incomplete"]
     assert took == pytest.approx(7.5, abs=0.5)
 
 
 def test_nodes_on_other_hosts_are_waited_for(seen: Any) -> None:
-    wanted = {**WANTED, "nodes": [], "launched": {}, "peers": [GATE]}
+    wanted = WANTED._replace(nodes={}, launched={}, peers=[GATE])
     answer, _ = seen(lambda now: graph() if now > 7 else graph(*SUBSCRIPTIONS), wanted)
     assert answer["receivers"][DRIVEN] == [ROBOT]
 
@@ -112,8 +112,8 @@ def test_a_graph_that_still_grows_is_looked_at_again(seen: Any) -> None:
 
 def test_what_is_still_missing_in_a_quiet_graph_is_reported(seen: Any) -> None:
     answer, took = seen(lambda _: graph(SUBSCRIPTIONS[1]))
-    [driver] = answer["launched"][UNIT]["nodes"].values()
-    assert (driver["registered"], driver["subscribes"], answer["launched"][UNIT]["error"]) == (True, {}, "")
+    [driver] = answer["launched"][UNIT].nodes.values()
+    assert (driver.registered, driver.subscribes, answer["launched"][UNIT].error) == (True, {}, "")
     assert answer["receivers"][DRIVEN] == []
     assert not answer["incomplete"]
     assert took == pytest.approx(10.0, abs=0.5)
@@ -122,25 +122,25 @@ def test_what_is_still_missing_in_a_quiet_graph_is_reported(seen: Any) -> None:
 def test_a_service_is_waited_for_until_the_graph_is_quiet(seen: Any) -> None:
     answer, took = seen(lambda now: graph(services=DOCKS if now > 3 else {}))
     assert took == pytest.approx(3.5, abs=0.5)
-    [driver] = answer["launched"][UNIT]["nodes"].values()
-    assert driver["provides"] == DOCKS[ROBOT]
+    [driver] = answer["launched"][UNIT].nodes.values()
+    assert driver.provides == DOCKS[ROBOT]
     answer, _ = seen(lambda _: graph(services={ROBOT: {"/tb/undock": "irobot_create_msgs/action/Undock"}}))
-    [driver] = answer["launched"][UNIT]["nodes"].values()
-    assert (driver["provides"], answer["incomplete"]) == ({}, False)
+    [driver] = answer["launched"][UNIT].nodes.values()
+    assert (driver.provides, answer["incomplete"]) == ({}, False)
 
 
 def test_an_expected_node_that_is_dead_is_reported(seen: Any) -> None:
     answer, _ = seen(lambda _: Graph([], [], []))
-    assert answer["nodes"][GATE]["registered"] is False
-    assert answer["launched"][UNIT] == {"nodes": {}, "starts": {}, "ended": {}, "error": ""}
+    assert answer["nodes"][GATE].registered is False
+    assert answer["launched"][UNIT] == LaunchedSeen()
 
 
 def test_what_is_missing_while_the_graph_grows_is_unknown(seen: Any) -> None:
     answer, took = seen(lambda now: graph(SUBSCRIPTIONS[1], more=int(now)))
     assert answer["incomplete"]
-    assert "still changed" in answer["launched"][UNIT]["error"]
-    assert answer["nodes"][GATE]["registered"] is True
+    assert "still changed" in answer["launched"][UNIT].error
+    assert answer["nodes"][GATE].registered is True
     assert took == pytest.approx(20.0, abs=0.5)
     answer, _ = seen(lambda now: graph(SUBSCRIPTIONS[0], more=int(now)))
-    assert answer["nodes"][GATE]["registered"] is None
-    assert answer["launched"][UNIT]["error"] == ""
+    assert answer["nodes"][GATE].registered is None
+    assert answer["launched"][UNIT].error == ""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from swarm_onboard.agent.probe_messages import GraphAnswer
-from swarm_onboard.ros2_probe.endpoints import Endpoint, Graph, fill_in, full_name, settled
+from swarm_onboard.agent.verbs.probe import Request
+from swarm_onboard.ros2_probe.endpoints import Endpoint, Graph, full_name, parts, settled
 
 TWIST, ODOMETRY = "geometry_msgs/msg/Twist", "nav_msgs/msg/Odometry"
 HUB, PI, OTHER = b"\x0a\x0a", b"\x0b\x0b", b"\x0c\x0c"
@@ -18,21 +18,17 @@ def end(node: str, topic: str, kind: str = ODOMETRY, host: bytes = PI, **changes
     return Endpoint(node, topic, kind, changes.pop("hash", "RIHS01_1"), gid, **changes)
 
 
-def request(**changes: Any) -> Any:
-    return {
-        "nodes": [{"name": "/k3/driver", "topics": {"/k3/odom": 2.0}}],
-        "peers": [],
-        "provides": [],
-        "expected": {},
-        "launched": {},
-        "commands": ["/k3/cmd_vel"],
-        "command_types": [],
-        "publishers": {"/k3/odom": ["/k3/driver"]},
-        "homes": {"/k3/driver": "10.0.0.2"},
-        "graph": None,
-        "advertised": "10.0.0.1",
-        **changes,
-    }
+def request(**changes: Any) -> Request:
+    found = Request(
+        "new",
+        "",
+        nodes={"/k3/driver": {"/k3/odom": 2.0}},
+        commands=["/k3/cmd_vel"],
+        publishers={"/k3/odom": ["/k3/driver"]},
+        homes={"/k3/driver": "10.0.0.2"},
+        advertised="10.0.0.1",
+    )
+    return found._replace(**changes)
 
 
 DRIVER = (end("/k3/driver", "/k3/odom"),)
@@ -41,26 +37,23 @@ LISTENS = (end("/k3/driver", "/k3/cmd_vel", TWIST),)
 
 def answer(
     *more: Endpoint, listens: tuple[Endpoint, ...] = (), incompatible: Any = lambda *_: "", **changes: Any
-) -> GraphAnswer:
-    """The answer of the hub about a driver and ``more`` publishers."""
+) -> dict[str, Any]:
+    """What the hub sees of a driver and ``more`` publishers."""
     publishers, subscriptions = (*DRIVER, *more), (*LISTENS, *listens)
     nodes = ["/k3/driver", *dict.fromkeys(one.node for one in (*more, *listens))]
     own = b"\x01\x0f" + HUB + bytes(12)
-    found: GraphAnswer = {}
-    fill_in(found, Graph(nodes, publishers, subscriptions, own, incompatible), request(**changes))
-    return found
+    return parts(Graph(nodes, publishers, subscriptions, own, incompatible), request(**changes))
 
 
 def test_a_node_has_its_topics_and_types() -> None:
     node = answer()["nodes"]["/k3/driver"]
-    assert (node["registered"], node["publishes"]) == (True, {"/k3/odom": ODOMETRY})
-    assert node["subscribes"] == {"/k3/cmd_vel": TWIST}
+    assert (node.registered, node.publishes) == (True, {"/k3/odom": ODOMETRY})
+    assert node.subscribes == {"/k3/cmd_vel": TWIST}
 
 
 def test_one_that_is_not_there_is_not_registered() -> None:
-    found: GraphAnswer = {}
-    fill_in(found, Graph([], (), ()), request())
-    assert found["nodes"]["/k3/driver"]["registered"] is False
+    found = parts(Graph([], (), ()), request())
+    assert found["nodes"]["/k3/driver"].registered is False
     assert found["seen"] == 0
 
 
@@ -74,7 +67,7 @@ def test_senders_of_commands_have_their_hosts() -> None:
     )
     assert found["commanders"] == {"/k3/cmd_vel": ["/cyclone", "/far", "/here", "/there"]}
     assert found["receivers"] == {"/k3/cmd_vel": ["/k3/driver"]}
-    hosts = {name: sender["host"] for name, sender in found["senders"].items()}
+    hosts = {name: sender.host for name, sender in found["senders"].items()}
     assert hosts == {"/here": "10.0.0.1", "/there": "10.0.0.2", "/far": "", "/cyclone": ""}
 
 
@@ -94,8 +87,7 @@ def test_a_second_publisher_is_found_unless_its_name_is_not_known_yet() -> None:
 def test_nodes_of_one_name_are_found_on_their_hosts() -> None:
     twice = (*DRIVER, end("/k3/driver", "/k3/odom", host=HUB, number=7))
     nodes = ["/k3/driver", "/k3/driver", "/_ros2cli_1", "/_ros2cli_1"]
-    found: GraphAnswer = {}
-    fill_in(found, Graph(nodes, twice, (), b"\x01\x0f" + HUB + bytes(12)), request())
+    found = parts(Graph(nodes, twice, (), b"\x01\x0f" + HUB + bytes(12)), request())
     assert found["doubles"] == {"/k3/driver": ["10.0.0.1", "10.0.0.2"]}
     assert found["seen"] == 2
 
@@ -105,12 +97,12 @@ def test_pairs_that_exchange_nothing_are_found() -> None:
     version = end("/c", "/k3/odom", hash="RIHS01_2")
     unknown = end("/d", "/k3/odom", hash="INVALID")
     found = answer(listens=(other, version, unknown))["unmatched"]
-    assert [(one["subscriber"], one["type"], one["policies"]) for one in found] == [
+    assert [(one.subscriber, one.type, one.policies) for one in found] == [
         ("/b", TWIST, ""),
         ("/c", ODOMETRY, ""),
     ]
     [pair] = answer(listens=(same,), incompatible=lambda _, sub: "too little" if sub else "")["unmatched"]
-    assert (pair["publisher"], pair["subscriber"], pair["policies"]) == ("/k3/driver", "/a", "too little")
+    assert (pair.publisher, pair.subscriber, pair.policies) == ("/k3/driver", "/a", "too little")
 
 
 def test_only_the_hub_looks_at_the_whole_island() -> None:
@@ -124,7 +116,7 @@ def test_nodes_of_a_launch_file_are_on_this_host_with_its_topics() -> None:
         end("/other", "/map", host=HUB),
         launched={"unit": {"/scan": 2.0, "/k3/odom": 0.0}},
     )
-    assert list(found["launched"]["unit"]["nodes"]) == ["/eyes"]
+    assert list(found["launched"]["unit"].nodes) == ["/eyes"]
 
 
 def test_a_launched_node_that_takes_commands_may_have_no_topics() -> None:
@@ -136,9 +128,9 @@ def test_a_launched_node_that_takes_commands_may_have_no_topics() -> None:
         launched={"unit": {"/scan": 2.0}},
         expected={"unit": {"publishes": ["/scan"], "subscribes": [gated], "provides": []}},
     )
-    nodes = found["launched"]["unit"]["nodes"]
+    nodes = found["launched"]["unit"].nodes
     assert list(nodes) == ["/eyes", "/wheels"]
-    assert nodes["/wheels"]["subscribes"] == {gated: TWIST}
+    assert nodes["/wheels"].subscribes == {gated: TWIST}
 
 
 def test_it_is_settled_when_every_node_and_measured_topic_is_seen() -> None:

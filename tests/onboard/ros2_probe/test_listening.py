@@ -9,8 +9,9 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
-from swarm_onboard.agent.probe_messages import GraphAnswer
-from swarm_onboard.ros2_probe.endpoints import Graph, fill_in
+from swarm_onboard.agent.observations import NodeSeen
+from swarm_onboard.agent.verbs.probe import Request
+from swarm_onboard.ros2_probe.endpoints import Graph, parts
 from swarm_onboard.ros2_probe.listening import Listening
 
 from tests.onboard.ros2_probe.test_endpoints import end, request
@@ -43,15 +44,13 @@ def ros(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(sys.modules, name, module)
 
 
-def answer(listening: Listening, graph: Graph, wanted: Any) -> GraphAnswer:
-    found: GraphAnswer = {}
-    fill_in(found, graph, wanted)
-    listening.fill_in(found)
-    return found
+def driver_seen(listening: Listening, graph: Graph, wanted: Request) -> NodeSeen:
+    name = "/k3/driver"
+    return listening.measured(name, parts(graph, wanted)["nodes"][name])
 
 
 def test_only_messages_of_the_node_count() -> None:
-    wanted = request(nodes=[{"name": "/k3/driver", "topics": {"/diagnostics": 2.0}}])
+    wanted = request(nodes={"/k3/driver": {"/diagnostics": 2.0}})
     driver, gate = (end(one, "/diagnostics", STATUS) for one in ("/k3/driver", "/k3/gate"))
     graph, node = Graph(["/k3/driver", "/k3/gate"], (driver, gate), ()), Node()
     listening = Listening(wanted, node, 15.0, subscribe)
@@ -59,9 +58,10 @@ def test_only_messages_of_the_node_count() -> None:
     fine = SimpleNamespace(level=b"\x01", name="k3: driver", message="slow", hardware_id="", values=[])
     for sender, statuses in ((driver, [fine]), (gate, []), (gate, []), (driver, [fine])):
         node.taking["/diagnostics"](SimpleNamespace(status=statuses), sender.gid, 0, 0)
-    seen = answer(listening, graph, wanted)["nodes"]["/k3/driver"]
-    assert (seen["topics"]["/diagnostics"]["count"], seen["topics"]["/diagnostics"]["type"]) == (2, STATUS)
-    assert [(one["level"], one["message"]) for one in seen["reports"]] == [(1, "slow")]
+    seen = driver_seen(listening, graph, wanted)
+    assert (seen.topics["/diagnostics"].count, seen.topics["/diagnostics"].type) == (2, STATUS)
+    assert seen.report is not None
+    assert (seen.report.level, seen.report.message) == (1, "slow")
 
 
 def test_it_ends_when_the_window_is_over_and_leaves_the_topic() -> None:
@@ -76,8 +76,8 @@ def test_it_ends_when_the_window_is_over_and_leaves_the_topic() -> None:
     listening.end(now + 60)
     assert not listening.running
     assert node.taking == {}
-    topic = answer(listening, graph, wanted)["nodes"]["/k3/driver"]["topics"]["/k3/odom"]
-    assert (topic["count"], topic["rate"], topic["seconds"]) == (0, None, 2.0)
+    topic = driver_seen(listening, graph, wanted).topics["/k3/odom"]
+    assert (topic.count, topic.rate, topic.seconds) == (0, None, 2.0)
 
 
 def test_large_messages_end_it_early() -> None:
@@ -96,6 +96,5 @@ def test_a_type_that_the_host_lacks_is_named_and_not_measured() -> None:
     graph = Graph(["/k3/driver"], (end("/k3/driver", "/k3/odom", "lab_msgs/msg/Odometry"),), ())
     listening = Listening(wanted, node, 15.0, subscribe)
     listening.begin(graph, time.monotonic())
-    found = answer(listening, graph, wanted)
-    assert found["nodes"]["/k3/driver"]["topics"] == {}
-    assert found["troubles"] == {"ros": "not measured, as this host lacks the type: lab_msgs/msg/Odometry"}
+    assert driver_seen(listening, graph, wanted).topics == {}
+    assert list(listening.lacking) == ["lab_msgs/msg/Odometry"]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 import pytest
 from swarm_onboard.agent.environment_file import variables_in
 from swarm_onboard.agent.errors import FailedError
+from swarm_onboard.agent.verbs.probe import Answer
 from swarm_onboard.ros2_probe import child_environment, look, observe
 
 from swarmctl.resources import templates
@@ -29,11 +29,8 @@ def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return current
 
 
-def seen(host: Path) -> Any:
-    found: Any = {"troubles": {}}
-    wanted: Any = {**request(), "swarm": "new"}
-    observe.observe(wanted, found)
-    return found
+def seen(host: Path) -> Answer:
+    return observe.observe(request(), Answer())
 
 
 def test_a_host_without_rclpy_says_so(host: Path) -> None:
@@ -43,7 +40,8 @@ def test_a_host_without_rclpy_says_so(host: Path) -> None:
 
 def test_a_host_without_a_release_has_no_graph(host: Path) -> None:
     (host / "env/ros.env").unlink()
-    assert seen(host).keys() == {"troubles", "listening", "listening_udp"}
+    found = seen(host)
+    assert found == Answer(listening=found.listening, listening_udp=found.listening_udp)
 
 
 def test_a_release_without_its_start_is_no_traceback(host: Path) -> None:
@@ -67,8 +65,8 @@ def test_what_it_prints_is_the_answer(host: Path) -> None:
     answer = '{"seen": 3, "troubles": {"ros": "no type"}}'
     (host / "bin/ros-exec").write_text(f"#!/bin/sh\ncat >/dev/null\necho noise\necho '{answer}'\n")
     found = seen(host)
-    assert (found["seen"], found["troubles"]) == (3, {"ros": "no type"})
-    assert isinstance(found["listening_udp"], list)
+    assert (found.seen, found.troubles) == (3, {"ros": "no type"})
+    assert isinstance(found.listening_udp, list)
 
 
 def test_it_sees_the_whole_graph_without_shared_memory(tmp_path: Path) -> None:
@@ -121,4 +119,4 @@ def test_the_child_looks_in_the_enclave_of_people(host: Path, monkeypatch: pytes
     text = (host / "bin/ros-exec").read_text()
     shows = 'cat >/dev/null\necho "{\\"seen\\": \\"$ROS_SECURITY_KEYSTORE$ROS_SECURITY_ENCLAVE_OVERRIDE\\"}"'
     (host / "bin/ros-exec").write_text(text.replace('exec "$@"', shows))
-    assert seen(host)["seen"] == "/run/keys/hosts/pi"
+    assert seen(host).seen == "/run/keys/hosts/pi"

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.verbs import probe
 from swarm_onboard.agent.verbs.record import Request, topics_here
 from swarm_onboard.ros2_probe import endpoints, observe
 from swarm_onboard.ros2_recorder import record
@@ -43,8 +44,8 @@ def request(host: str, *patterns: str) -> Request:
 def _seen(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """What a node on a host sees: with hosts in its GIDs, or without."""
 
-    def look(wanted: Any, answer: Any) -> None:
-        own = {"pi": PI, "laptop": HUB}[wanted["advertised"]]
+    def look(wanted: probe.Request, answer: probe.Answer) -> probe.Answer:
+        own = {"pi": PI, "laptop": HUB}[wanted.advertised]
         seen = (
             ENDS
             if request.param == "fastdds"
@@ -52,7 +53,7 @@ def _seen(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> No
         )
         nodes = list(dict.fromkeys(one.node for one in ENDS))
         graph: Any = endpoints.Graph(nodes, seen, (), b"\x01\x0f" + own + bytes(12))
-        endpoints.fill_in(answer, graph, wanted)
+        return answer._replace(**endpoints.parts(graph, wanted))
 
     monkeypatch.setattr(observe, "observe", look)
 

@@ -2,72 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.observations import GraphSeen, NodeSeen, Report, SenderSeen, TopicSeen
 
 from . import daemon
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.probe_messages import (
-        GraphAnswer,
-        NodeAnswer,
-        NodeRequest,
-        ProbeAnswer,
-        ProbeRequest,
-        StatusAnswer,
+    from swarm_onboard.agent.verbs.probe import Answer, Request
+
+
+def observe(request: Request, answer: Answer) -> Answer:
+    nodes = daemon.nodes()
+    bridged = request.bridged or ()
+    types = {topic: kind for node in nodes.values() for topic, kind in node["publishes"].items()}
+    return answer._replace(
+        nodes={name: _node(nodes.get(name), topics) for name, topics in request.nodes.items()},
+        commanders={
+            topic: [name for name, node in nodes.items() if topic in node["publishes"]]
+            for topic in request.commands
+        },
+        senders={name: SenderSeen(node["host"], node["publishes"]) for name, node in nodes.items()},
+        graph=GraphSeen({topic: _publishers(nodes, topic) for topic in bridged}, types, []),
     )
 
 
-def observe(request: ProbeRequest, answer: GraphAnswer) -> None:
-    nodes = daemon.nodes()
-    answer["nodes"] = {one["name"]: _node(nodes.get(one["name"]), one) for one in request["nodes"]}
-    answer["commanders"] = {
-        topic: [name for name, node in nodes.items() if topic in node["publishes"]]
-        for topic in request["commands"]
-    }
-    answer["senders"] = {
-        name: {"host": node["host"], "publishes": node["publishes"]} for name, node in nodes.items()
-    }
-    bridged = request["graph"]["topics"] if request["graph"] else []
-    answer["graph"] = {
-        "publishers": {topic: _publishers(nodes, topic) for topic in bridged},
-        "types": {topic: kind for node in nodes.values() for topic, kind in node["publishes"].items()},
-        "strangers": [],
-    }
-
-
-def observe_logs(answer: ProbeAnswer) -> None:
-    """Nothing to do: in this middleware a node that has a name keeps it."""
+def observe_logs(answer: Answer) -> Answer:
+    """Nothing to add: in this middleware a node that has a name keeps it."""
+    return answer
 
 
 def _publishers(nodes: dict[str, dict[str, Any]], topic: str) -> dict[str, str]:
     return {name: f"pebble://{node['host']}" for name, node in nodes.items() if topic in node["publishes"]}
 
 
-def _node(node: dict[str, Any] | None, request: NodeRequest) -> NodeAnswer:
+def _node(node: dict[str, Any] | None, topics: Mapping[str, float]) -> NodeSeen:
     if node is None:
-        return {"registered": False, "alive": False}
-    status = node["status"]
-    reports: list[StatusAnswer] = (
-        [{"level": 0, "name": "", "message": status, "hardware": "", "values": {}}] if status else []
-    )
-    return {
-        "registered": True,
-        "alive": True,
-        "publishes": {clipped(topic): clipped(kind) for topic, kind in node["publishes"].items()},
-        "subscribes": node["subscribes"],
-        "topics": {
-            topic: {
-                "count": int(node["rates"][topic] * seconds),
-                "rate": node["rates"][topic],
-                "age": None,
-                "seconds": seconds,
-                "type": node["publishes"][topic],
-                "error": "",
-            }
-            for topic, seconds in request["topics"].items()
+        return NodeSeen(False, False)
+    return NodeSeen(
+        True,
+        True,
+        publishes={clipped(topic): clipped(kind) for topic, kind in node["publishes"].items()},
+        subscribes=node["subscribes"],
+        topics={
+            topic: TopicSeen(
+                int(node["rates"][topic] * seconds), node["rates"][topic], seconds, node["publishes"][topic]
+            )
+            for topic, seconds in topics.items()
             if topic in node["rates"]
         },
-        "reports": reports,
-    }
+        report=Report(0, node["status"]) if node["status"] else None,
+    )

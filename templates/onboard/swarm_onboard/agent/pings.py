@@ -7,12 +7,11 @@ import subprocess
 from contextlib import suppress
 
 from .command import plain_environment
+from .observations import PingSeen
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Mapping
-
-    from .probe_messages import PingAnswer
 
 _INTERVAL = 0.05  # s
 _LAST_REPLY = 1  # s that ping waits for it
@@ -30,9 +29,9 @@ class Pings:
             for address, seconds in addresses.items():
                 self._running[address] = _start(address, float(seconds))
 
-    def counts(self) -> dict[str, PingAnswer]:
+    def counts(self) -> dict[str, PingSeen]:
         """Returns how many packets were sent to each address and answered, once that is done."""
-        found: dict[str, PingAnswer] = {}
+        found: dict[str, PingSeen] = {}
         for address, process in self._running.items():
             try:
                 output = process.communicate(timeout=self._addresses[address] + _LAST_REPLY + _PATIENCE)[0]
@@ -42,7 +41,7 @@ class Pings:
                 continue
             counts = _COUNTS.search(output.decode("utf-8", "replace"))
             if counts:
-                found[address] = {"sent": int(counts[1]), "received": int(counts[2])}
+                found[address] = PingSeen(int(counts[1]), int(counts[2]))
         return found
 
 

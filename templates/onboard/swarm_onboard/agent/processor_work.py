@@ -7,10 +7,11 @@ from contextlib import suppress
 
 from .clip import clipped
 from .named_tuple import NamedTuple
+from .observations import LoadSeen
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, Mapping
+    from typing import Mapping
 
 _SHORTEST = 50  # clock ticks of 10 ms
 _MOST_NAMED = 3
@@ -25,10 +26,8 @@ class Work(NamedTuple):
     all: int
     processes: Mapping[int, tuple[str, int]]
 
-    def since(self, before: Work) -> dict[str, Any] | None:
-        """Returns the share of the time since ``before`` in which they worked (``busy``), that in which they
-        worked for processes of this host (``own``), and the ``busiest`` of these; None after less than 0.5 s.
-        """
+    def since(self, before: Work) -> LoadSeen | None:
+        """Returns the load since ``before``; None after less than 0.5 s."""
         passed = self.all - before.all
         if passed < _SHORTEST * (os.cpu_count() or 1):
             return None
@@ -38,11 +37,11 @@ class Work(NamedTuple):
             if pid in before.processes
         }
         first = sorted(ticks, key=lambda pid: -ticks[pid])[:_MOST_NAMED]
-        return {
-            "busy": (self.busy - before.busy) / passed,
-            "own": sum(ticks.values()) / passed,
-            "busiest": [clipped(f"{self.processes[pid][0]} ({pid})") for pid in first],
-        }
+        return LoadSeen(
+            (self.busy - before.busy) / passed,
+            sum(ticks.values()) / passed,
+            [clipped(f"{self.processes[pid][0]} ({pid})") for pid in first],
+        )
 
 
 def work() -> Work:

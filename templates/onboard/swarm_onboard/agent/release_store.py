@@ -14,7 +14,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Callable
 
-    from .manifest_json import UnitData
     from .messages import FileDrift
 
 KEPT_RELEASES = 3  # the current one and two before it
@@ -159,7 +158,7 @@ class Home(NamedTuple):
         except (RefusedError, ValueError, LookupError, TypeError):
             return None
 
-    def units(self, digest: str | None) -> list[UnitData]:
+    def units(self, digest: str | None) -> list[dict[str, Any]]:
         """Returns the units of a stored release, in start order; none if its manifest cannot be read."""
         raw = files.read_json(f"{self.release(digest)}/{NAME}") if digest else None
         return raw["units"] if isinstance(raw, dict) and isinstance(raw.get("units"), list) else []

@@ -5,16 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import time
+from collections.abc import Sequence
 
 from . import conditions
 from .clip import clipped
 from .errors import FailedError, TimedOutError
 from .named_tuple import NamedTuple
 from .release_store import Home
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Sequence
 
 _STATE = ("Id", "LoadState", "ActiveState", "SubState", "Result", "StatusText", "MainPID", "NRestarts")
 _RESTART_RECORDS = "/run/swarm-restarts"  # of bin/restart-delay
@@ -25,10 +22,17 @@ _NOT_COUNTED = ("[no data]", str(2**64 - 1))  # by the version of systemctl
 
 
 class UnitState(NamedTuple):
-    """A systemd unit as ``systemctl show`` reports it. ``skipped``: it does not run, as a condition of the
-    unit was checked and not met; ``unmet``: those that are not met now, as its file has them, such as
-    ``ConditionPathExists=/sys/class/bluetooth/hci0``. ``unenforced``: it runs, and systemd does not enforce
-    its ``IPAddressDeny=``; ``restarted``: how often while it was probed."""
+    """A systemd unit as ``systemctl show`` reports it, and what a probe adds to that.
+
+    ``skipped``: it does not run, as a condition of the unit was checked and not met; ``unmet``: those that
+    are not met now, as its file has them, such as ``ConditionPathExists=/sys/class/bluetooth/hci0``.
+    ``unenforced``: it runs, and systemd does not enforce its ``IPAddressDeny=``.
+    ``restarted``: how often while it was probed; ``recent`` restarts, and ``rejoined`` those that followed a
+    new ROS master, of which none is recent. ``running``: for how long a unit that was restarted has run by
+    now, s; ``starting``: for how long one that was not restarted has been starting, s.
+    ``exit``: how its main process ended last; ``log``: the end of its log if it does not run; ``stopped``:
+    processes that a signal or a debugger has stopped, as number and name.
+    """
 
     load: str
     active: str
@@ -37,10 +41,27 @@ class UnitState(NamedTuple):
     text: str
     pid: int
     restarts: int
-    skipped: bool
-    unmet: list[str]
-    unenforced: bool
     restarted: int = 0
+    skipped: bool = False
+    recent: int = 0
+    rejoined: int = 0
+    running: float = 0.0
+    starting: float = 0.0
+    log: str = ""
+    exit: str = ""
+    stopped: Sequence[str] = ()
+    unmet: Sequence[str] = ()
+    unenforced: bool = False
+
+    @property
+    def ended(self) -> bool:
+        """Returns True if it ended by itself, and systemd starts it again or has given up."""
+        return self.active == "failed" or self.sub == "auto-restart" or self.restarted > 0
+
+    @property
+    def runs(self) -> bool:
+        """Returns True if systemd reports the unit as active or reloading."""
+        return self.active in ("active", "reloading")
 
 
 def present(home: Home) -> bool:
@@ -100,7 +121,6 @@ def _state(values: dict[str, str]) -> UnitState:
         int(pid or 0),
         int(restarts or 0),
         skipped=active == "inactive" and (unmet or result == "exec-condition"),
-        unmet=[],
         unenforced=int(pid or 0) != 0 and not filtered,
     )
 

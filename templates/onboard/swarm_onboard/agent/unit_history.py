@@ -12,7 +12,9 @@ from .release_store import Home
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, Mapping, Sequence
+    from typing import Mapping, Sequence
+
+    from .systemd import UnitState
 
 _MOST_NAMES = 20  # processes of one unit
 _MOST_LOGS = 20  # units whose logs are read
@@ -26,22 +28,26 @@ def running(units: Sequence[str]) -> dict[str, list[Process]]:
     return processes.of_units({unit: values.get("ControlGroup", "") for unit, values in shown.items()})
 
 
-def stopped(units: Sequence[str]) -> dict[str, list[str]]:
-    """By unit, the processes that a signal or a debugger has stopped, as number and name."""
+def with_stopped(units: Mapping[str, UnitState]) -> dict[str, UnitState]:
+    """Returns the states of units with the processes that a signal or a debugger has stopped."""
+    found = running(list(units))
     return {
-        unit: [clipped(f"{one.pid} ({one.name})") for one in members if one.stopped][:_MOST_NAMES]
-        for unit, members in running(units).items()
+        unit: state._replace(
+            stopped=[clipped(f"{one.pid} ({one.name})") for one in found.get(unit, ()) if one.stopped][
+                :_MOST_NAMES
+            ]
+        )
+        for unit, state in units.items()
     }
 
 
-def restarts(home: Home, units: Mapping[str, systemd.UnitState], window: float) -> dict[str, dict[str, Any]]:
-    """For each unit: ``recent`` restarts, how it ended last (``exit``), and ``since`` when that counts.
-    ``rejoined``: other restarts, since its last start by hand, that followed a new ROS master.
+def with_restarts(
+    home: Home, units: Mapping[str, UnitState], window: float
+) -> tuple[dict[str, UnitState], dict[str, float]]:
+    """Returns the states of units with their latest restarts, and since when these count, s since 1970.
 
-    ``units``: their states; ``window``: s before now. A start by hand or by a deploy, and ``systemctl
-    reset-failed``, begin a new count. ``running``: for how long a restarted unit has run, s; else 0.
-    ``starting``: for how long a unit that was not restarted has been starting, s; else 0. ``log``: the end of
-    the log of a unit that does not run.
+    ``window``: s before now. A start by hand or by a deploy, and ``systemctl reset-failed``, begin a new
+    count.
     """
     begin = _begin(home, window)
     troubled = [unit for unit, state in units.items() if state.restarts or state.active == "failed"]
@@ -53,20 +59,20 @@ def restarts(home: Home, units: Mapping[str, systemd.UnitState], window: float) 
     away = [unit for unit, state in units.items() if state.active in ("activating", "failed")]
     logs = {unit: unit_start.last_log(unit, _LINES, _LONGEST) for unit in away[:_MOST_LOGS]}
     now = time.time()
-    return {
-        unit: {
-            "recent": min(state.restarts, len(found.get(unit, nothing).times)),
-            "rejoined": min(state.restarts, found.get(unit, nothing).rejoined),
-            "exit": found.get(unit, nothing).exit,
-            "since": max(begin, starts.get(unit, begin)),
-            "running": round(max(0.0, now - active.get(unit, now)), 1),
-            "starting": round(max(0.0, now - starts[unit]), 1)
+    known = {
+        unit: state._replace(
+            recent=min(state.restarts, len(found.get(unit, nothing).times)),
+            rejoined=min(state.restarts, found.get(unit, nothing).rejoined),
+            exit=found.get(unit, nothing).exit,
+            running=round(max(0.0, now - active.get(unit, now)), 1),
+            starting=round(max(0.0, now - starts[unit]), 1)
             if state.active == "activating" and unit in starts
             else 0.0,
-            "log": logs.get(unit, ""),
-        }
+            log=logs.get(unit, ""),
+        )
         for unit, state in units.items()
     }
+    return known, {unit: max(begin, starts.get(unit, begin)) for unit in units}
 
 
 def _begin(home: Home, window: float) -> float:

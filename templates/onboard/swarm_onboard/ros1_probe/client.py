@@ -13,14 +13,13 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any
 
 from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.observations import Status
 from swarm_onboard.common import flow as common_flow
 from swarm_onboard.common.tcpros import Cursor, number, packed, read_header
 from swarm_onboard.common.xmlrpc import PIECE, Names, NonsenseError, PeerError, bounded, loads, place_of, post
 
 if TYPE_CHECKING:
     from typing import AsyncIterator, Mapping
-
-    from swarm_onboard.agent.probe_messages import StatusAnswer
 
 CALLER = f"/swarmctl_probe_{os.getpid()}"  # rospy closes the connection of a listener whose name comes again
 CALL_SECONDS = 2.0
@@ -195,23 +194,15 @@ async def _skip(reader: asyncio.StreamReader, size: int) -> None:
         size -= len(piece)
 
 
-def diagnostics_in(body: bytes) -> list[StatusAnswer]:
+def diagnostics_in(body: bytes) -> list[Status]:
     """The statuses of a serialised diagnostic_msgs/DiagnosticArray, as far as anyone will read them."""
     cursor = Cursor(body)
     cursor.take(12)  # sequence number, stamp
     cursor.text()  # frame
-    statuses: list[StatusAnswer] = []
+    statuses: list[Status] = []
     for _ in range(cursor.number()):
         level = cursor.take(1)[0]
-        name, message, hardware = (clipped(cursor.text()) for _ in range(3))
+        name, message, _ = (clipped(cursor.text()) for _ in range(3))
         pairs = [(clipped(cursor.text(), 40), clipped(cursor.text())) for _ in range(cursor.number())]
-        statuses.append(
-            {
-                "level": level,
-                "name": name,
-                "message": message,
-                "hardware": hardware,
-                "values": dict(pairs[:40]),
-            }
-        )
+        statuses.append(Status(level, name, message, dict(pairs[:40])))
     return statuses[:8]

@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, TypeVar
 from swarm_onboard.agent import files
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.named_tuple import NamedTuple
+from swarm_onboard.agent.observations import UnconnectedSeen
 from swarm_onboard.common.xmlrpc import PeerError, place_of
 from swarm_onboard.ros1_probe import client, nodes
 
 if TYPE_CHECKING:
     from typing import AbstractSet, Any, Awaitable, Callable, Iterable, Mapping, Sequence
 
-    from swarm_onboard.agent.probe_messages import GraphAnswer, ProbeRequest, UnconnectedAnswer
+    from swarm_onboard.agent.verbs.probe import Request
 
     Pair = tuple[str, str, str]  # the subscriber, the topic, the publisher
     Side = Mapping[str, Sequence[str]]
@@ -45,20 +46,20 @@ class _Connections(NamedTuple):
     far_ends: AbstractSet[tuple[str, str]]
 
 
-async def look(request: ProbeRequest, state: tuple[Side, Side], answer: GraphAnswer) -> None:
-    """Adds the pairs that are not connected now, and not a moment later.
+async def unconnected(request: Request, state: tuple[Side, Side]) -> list[UnconnectedSeen]:
+    """Returns the pairs that are not connected now, and not a moment later.
 
     ``state``: the publishers and the subscribers of each topic. Nodes that do not answer have no pairs.
     """
     publishers, subscribers = state
-    master, own_host = request["master"], str(request["advertised"]).lower()
+    master, own_host = request.master, str(request.advertised).lower()
     uris = await _each(
-        {name for topic in request["inputs"] for name in subscribers.get(topic, ())}, partial(_uri, master)
+        {name for topic in request.inputs for name in subscribers.get(topic, ())}, partial(_uri, master)
     )
     here = [name for name, uri in uris.items() if place_of(uri)[0].lower() == own_host]
     pairs = [
         (subscriber, topic, publisher)
-        for topic in request["inputs"]
+        for topic in request.inputs
         for subscriber in here
         if subscriber in subscribers.get(topic, ())
         for publisher in publishers.get(topic, ())
@@ -67,8 +68,7 @@ async def look(request: ProbeRequest, state: tuple[Side, Side], answer: GraphAns
     if missing:
         await asyncio.sleep(_TIME_TO_CONNECT)
         missing = await _unconnected(master, missing)
-    found = await asyncio.gather(*(_described(master, *one) for one in missing))
-    answer["unconnected"] = list(found)
+    return list(await asyncio.gather(*(_described(master, *one) for one in missing)))
 
 
 async def _unconnected(master: str, pairs: Sequence[Pair]) -> list[Pair]:
@@ -119,19 +119,18 @@ def _far_ends(bus: Any) -> set[tuple[str, str]]:
         raise PeerError("its list of connections makes no sense") from None
 
 
-async def _described(master: str, subscriber: str, topic: str, publisher: str) -> UnconnectedAnswer:
+async def _described(master: str, subscriber: str, topic: str, publisher: str) -> UnconnectedSeen:
     """A pair, with the type and its MD5 sum on both sides, as far as they can be found out."""
-    found: UnconnectedAnswer = {
-        "node": subscriber, "publisher": publisher, "uri": "", "topic": topic,
-        "type": "", "md5": "", "publisher_type": "", "publisher_md5": "",
-    }  # fmt: skip
+    found = UnconnectedSeen(subscriber, publisher, "", topic)
     with suppress(PeerError):
         uri = await _uri(master, publisher)
-        found["uri"] = clipped(uri)
-        found["publisher_type"], found["publisher_md5"] = await client.type_of(uri, topic)
+        found = found._replace(uri=clipped(uri))
+        kind, md5 = await client.type_of(uri, topic)
+        found = found._replace(publisher_type=kind, publisher_md5=md5)
         own = await _uri(master, subscriber)
-        found["type"] = nodes.types_of(await client.call(own, "getSubscriptions")).get(topic, "")
-        found["md5"] = md5_of(found["type"], nodes.process_of(await client.call(own, "getPid")))
+        kind = nodes.types_of(await client.call(own, "getSubscriptions")).get(topic, "")
+        found = found._replace(type=kind)
+        found = found._replace(md5=md5_of(kind, nodes.process_of(await client.call(own, "getPid"))))
     return found
 
 

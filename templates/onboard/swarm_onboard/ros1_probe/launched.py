@@ -9,23 +9,17 @@ from __future__ import annotations
 import asyncio
 import re
 from pathlib import PurePath
-from typing import TYPE_CHECKING, AbstractSet, Any, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, AbstractSet, Any, AsyncIterator, Iterable, Mapping, Sequence
 
 from swarm_onboard.agent import processes, unit_history, unit_journal
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.errors import RefusedError
+from swarm_onboard.agent.observations import EndedSeen, LaunchedSeen, NodeSeen
 from swarm_onboard.common.xmlrpc import PeerError, place_of
 from swarm_onboard.ros1_probe import client, nodes
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.probe_messages import (
-        EndedAnswer,
-        GraphAnswer,
-        LaunchedAnswer,
-        NodeAnswer,
-        NodeRequest,
-        ProbeRequest,
-    )
+    from swarm_onboard.agent.verbs.probe import Answer, Request
 
 Running = Mapping[str, int]  # by unit, its process of roslaunch; 0 if it has none
 
@@ -36,12 +30,12 @@ _STARTED = re.compile(r"process\[([^\[\]]+)-\d+\]: started with pid")
 _ENDED = re.compile(r"\[([^\[\]]+)-\d+\] process has (finished cleanly|died)(?:.*?exit code (-?\d+))?")
 
 
-def running(request: ProbeRequest, answer: GraphAnswer) -> Running:
+def running(request: Request, troubles: dict[str, str]) -> Running:
     """Finds roslaunch among the processes of each unit whose nodes are to be found."""
     try:
-        found = unit_history.running([str(unit) for unit in request["launched"]])
+        found = unit_history.running([str(unit) for unit in request.launched])
     except RefusedError as error:
-        answer["troubles"]["launched"] = clipped(error.message)
+        troubles["launched"] = clipped(error.message)
         return {}
     return {
         unit: next((one.pid for one in members if _is_roslaunch(one.words)), 0)
@@ -54,47 +48,43 @@ def _is_roslaunch(words: Iterable[str]) -> bool:
 
 
 async def look(
-    request: ProbeRequest, answer: GraphAnswer, found: Running, providers: nodes.Providers
-) -> None:
-    """Adds the nodes of each unit. One that is not found does not affect the others."""
-    await asyncio.gather(*(_unit(request, answer, unit, pid, providers) for unit, pid in found.items()))
-
-
-async def _unit(
-    request: ProbeRequest, answer: GraphAnswer, unit: str, pid: int, providers: nodes.Providers
-) -> None:
-    entry: LaunchedAnswer = {"nodes": {}, "starts": {}, "ended": {}, "error": ""}
-    answer["launched"][unit] = entry
-    topics = request["launched"][unit]
+    request: Request, unit: str, pid: int, providers: nodes.Providers
+) -> AsyncIterator[Mapping[str, Any]]:
+    """Yields the nodes of a unit as they get known. ``pid``: as in ``Running``."""
+    found = LaunchedSeen()
+    topics = request.launched[unit]
     try:
         if pid:
-            entry["starts"], dead = await _by_roslaunch(pid)
-            entry["ended"] = {one: {"exit": "", "lasted": None} for one in dead if one not in entry["starts"]}
-            await _look(request, topics, list(entry["starts"]), entry, providers)
-        lacking = set(topics) - {name for one in entry["nodes"].values() for name in _names(one)}
+            starts, dead = await _by_roslaunch(pid)
+            ended = {one: EndedSeen("") for one in dead if one not in starts}
+            found = LaunchedSeen(await _nodes(request, topics, list(starts), providers), starts, ended)
+            yield {"launched": {unit: found}}
+        lacking = set(topics) - {name for one in found.nodes.values() for name in _names(one)}
         if lacking:
             names = await _by_names(request, lacking, providers)
-            await _look(request, topics, names, entry, providers)
+            others = await _nodes(request, topics, names, providers)
+            found = found._replace(nodes={**found.nodes, **others})
     except (PeerError, OSError) as error:
-        entry["error"] = clipped(error)
+        found = found._replace(error=clipped(error))
+    yield {"launched": {unit: found}}
 
 
-def _names(node: NodeAnswer) -> list[str]:
-    return [*node.get("publishes", {}), *node.get("subscribes", {}), *node.get("provides", {})]
+def _names(node: NodeSeen) -> list[str]:
+    return [*node.publishes, *node.subscribes, *node.provides]
 
 
-async def _look(
-    request: ProbeRequest,
-    topics: Mapping[str, float],
-    names: Sequence[str],
-    entry: LaunchedAnswer,
-    providers: nodes.Providers,
-) -> None:
+async def _nodes(
+    request: Request, topics: Mapping[str, float], names: Sequence[str], providers: nodes.Providers
+) -> dict[str, NodeSeen]:
     listening = {topic: seconds for topic, seconds in topics.items() if seconds > 0}
-    requests: list[NodeRequest] = [{"name": name, "topics": listening} for name in names[:_MOST_NODES]]
-    master = request["master"]
-    works = (nodes.look(master, one, entry["nodes"], providers, published_only=True) for one in requests)
-    await asyncio.gather(*works)
+    seen: dict[str, NodeSeen] = {}
+
+    async def look_at(name: str) -> None:
+        async for node in nodes.look(request.master, name, listening, providers, published_only=True):
+            seen[name] = node
+
+    await asyncio.gather(*map(look_at, names[:_MOST_NODES]))
+    return seen
 
 
 async def _by_roslaunch(pid: int) -> tuple[dict[str, int], dict[str, int]]:
@@ -116,14 +106,14 @@ def _starts(entries: Any) -> dict[str, int]:
     return {clipped(f"/{match.group(1)}"): starts for match, starts in matches if match}
 
 
-async def _by_names(request: ProbeRequest, wanted: AbstractSet[str], providers: nodes.Providers) -> list[str]:
+async def _by_names(request: Request, wanted: AbstractSet[str], providers: nodes.Providers) -> list[str]:
     """The nodes that advertise this host and have one of the topics and services ``wanted``."""
-    sides = (*await client.system_state(request["master"]), providers)
+    sides = (*await client.system_state(request.master), providers)
     wanted = {*wanted, *map(nodes.goals_of, wanted)}
     found = (side.get(name, ())[:_MOST_PUBLISHERS] for side in sides for name in sorted(wanted))
     names = list(dict.fromkeys(name for names in found for name in names))
-    places = await asyncio.gather(*(_place(request["master"], name) for name in names))
-    own = str(request["advertised"]).lower()
+    places = await asyncio.gather(*(_place(request.master, name) for name in names))
+    own = str(request.advertised).lower()
     return [name for name, place in zip(names, places) if place == own]
 
 
@@ -135,24 +125,24 @@ async def _place(master: str, node: str) -> str:
         return ""
 
 
-def add_endings(answer: GraphAnswer, found: Running) -> None:
-    """Adds how the ended nodes ended, from what roslaunch has logged."""
-    for unit, entry in answer["launched"].items():
-        if not entry["ended"]:
-            continue
-        try:
-            lines = unit_journal.messages(unit, 0.0, found[unit])
-        except RefusedError as error:
-            answer["troubles"]["launched"] = clipped(error.message)
-            return
-        endings = endings_in(lines)
-        entry["ended"] = {name: endings.get(name, ended) for name, ended in entry["ended"].items()}
+def with_endings(answer: Answer, running: Running) -> Answer:
+    """Returns the answer with how the ended nodes ended, from what roslaunch has logged."""
+    launched = dict(answer.launched)
+    for unit, seen in answer.launched.items():
+        if seen.ended:
+            try:
+                endings = endings_in(unit_journal.messages(unit, 0.0, running[unit]))
+            except RefusedError as error:
+                return answer._replace(troubles={**answer.troubles, "launched": clipped(error.message)})
+            ended = {name: endings.get(name, one) for name, one in seen.ended.items()}
+            launched[unit] = seen._replace(ended=ended)
+    return answer._replace(launched=launched)
 
 
-def endings_in(lines: Iterable[unit_journal.Message]) -> dict[str, EndedAnswer]:
+def endings_in(lines: Iterable[unit_journal.Message]) -> dict[str, EndedSeen]:
     """How each node ended for the last time, as roslaunch logged it."""
     starts: dict[str, float] = {}
-    found: dict[str, EndedAnswer] = {}
+    found: dict[str, EndedSeen] = {}
     for line in lines:
         started, ended = _STARTED.search(line.text), _ENDED.search(line.text)
         if started:
@@ -161,5 +151,5 @@ def endings_in(lines: Iterable[unit_journal.Message]) -> dict[str, EndedAnswer]:
             name = f"/{ended.group(1)}"
             code = "0" if ended.group(2) == "finished cleanly" else ended.group(3)
             lasted = line.time - starts[name] if name in starts else None
-            found[name] = {"exit": f"exit code {code}" if code else "", "lasted": lasted}
+            found[name] = EndedSeen(f"exit code {code}" if code else "", lasted)
     return found

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Iterable
 from swarm_onboard.agent import unit_journal
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.errors import RefusedError
+from swarm_onboard.agent.observations import ConflictSeen
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.probe_messages import ConflictAnswer, ProbeAnswer
+    from swarm_onboard.agent.verbs.probe import Answer
 
 _OF_PYTHON = "shutdown request: "  # begins that line of rospy and of the drivers
 _TAKEN = "Reason: new node registered with same name"
@@ -24,50 +25,51 @@ _MOST_UNITS = 20  # whose logs are read
 _LONGEST = 10.0  # s for all logs
 
 
-def add(answer: ProbeAnswer) -> None:
-    """Adds the conflicts of the units that logged one, were restarted, do not run, or have lost a node.
+def added(answer: Answer) -> Answer:
+    """Returns the answer with the conflicts of units that logged one, were restarted, do not run, or have
+    lost a node.
 
     The states of the units are the last ones of the probe: one that was ended during it counts, too.
     """
     began = time.monotonic()
-    answer["conflicts"] = {}
+    conflicts = {}
+    trouble = ""
     try:
         for unit, since in _suspicious(answer)[:_MOST_UNITS]:
             if time.monotonic() - began > _LONGEST:
-                answer["troubles"]["conflicts"] = "the logs of the units took too long to read"
-                return
+                trouble = "the logs of the units took too long to read"
+                break
             found = conflicts_in(unit_journal.messages(unit, since), time.time())
             if found:
-                answer["conflicts"][unit] = found
+                conflicts[unit] = found
     except RefusedError as error:
-        answer["troubles"]["conflicts"] = clipped(error.message)
+        trouble = clipped(error.message)
+    troubles = {**answer.troubles, "conflicts": trouble} if trouble else answer.troubles
+    return answer._replace(conflicts=conflicts, troubles=troubles)
 
 
-def _suspicious(answer: ProbeAnswer) -> list[tuple[str, float]]:
+def _suspicious(answer: Answer) -> list[tuple[str, float]]:
     """Units to look at, each with the time from which on its log counts. Raises RefusedError."""
-    history = answer.get("history") or {}
-    since = min((one["since"] for one in history.values()), default=0.0)
-    texts = [f"{_OF_PYTHON}[{node}] {_TAKEN}" for node in answer.get("nodes") or {}]
-    requested = unit_journal.units_with(texts, since)
-    units, launched = answer.get("units") or {}, answer.get("launched") or {}
+    since = min(answer.since.values(), default=0.0)
+    requested = unit_journal.units_with([f"{_OF_PYTHON}[{node}] {_TAKEN}" for node in answer.nodes], since)
     lost = {
-        unit for unit, one in launched.items() if one["ended"] or max(one["starts"].values(), default=1) > 1
+        unit for unit, one in answer.launched.items() if one.ended or max(one.starts.values(), default=1) > 1
     }
-    restarted = {unit for unit, state in units.items() if state["restarted"] or state["active"] != "active"}
     return [
-        (unit, one["since"])
-        for unit, one in history.items()
-        if unit in requested or unit in lost or unit in restarted or one["recent"]
+        (unit, answer.since[unit])
+        for unit, state in answer.units.items()
+        if unit in answer.since
+        and (unit in requested or unit in lost or state.restarted or state.active != "active" or state.recent)
     ]
 
 
-def conflicts_in(lines: Iterable[unit_journal.Message], now: float) -> dict[str, ConflictAnswer]:
+def conflicts_in(lines: Iterable[unit_journal.Message], now: float) -> dict[str, ConflictSeen]:
     """How often each node was ended by another of its name, and how long before ``now``, s."""
-    found: dict[str, ConflictAnswer] = {}
+    found: dict[str, ConflictSeen] = {}
     for line in lines:
         match = _REASON.search(line.text)
         if match:
             name = clipped(match.group(1))
-            count = found[name]["count"] if name in found else 0
-            found[name] = {"count": count + 1, "ago": max(0.0, now - line.time)}
+            count = found[name].count if name in found else 0
+            found[name] = ConflictSeen(count + 1, max(0.0, now - line.time))
     return found

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import time
-from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence
+from typing import Any, AsyncIterator, Iterator, Mapping, Sequence
 
 from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.observations import NodeSeen, Status, TopicSeen, worst
 from swarm_onboard.common.xmlrpc import PeerError
 from swarm_onboard.ros1_probe import client
-
-if TYPE_CHECKING:
-    from swarm_onboard.agent.probe_messages import NodeAnswer, NodeRequest, TopicAnswer
 
 Providers = Mapping[str, Sequence[str]]  # the nodes that provide each service
 
@@ -24,45 +22,58 @@ _GOALS, _GOAL = "/goal", "ActionGoal"  # how the topic with the goals of an acti
 
 async def look(
     master_uri: str,
-    request: NodeRequest,
-    answers: dict[str, NodeAnswer],
+    name: str,
+    topics: Mapping[str, float],
     providers: Providers,
+    parameters: Mapping[str, Any] | None = None,
     *,
     published_only: bool = False,
-) -> None:
-    """Adds one node: whether it is registered and alive, its services and topics, and the rates of these.
+) -> AsyncIterator[NodeSeen]:
+    """Yields one node as it gets known: whether it is registered and alive, its services and topics, and the
+    rates of these.
 
-    ``published_only``: leave out those topics of ``request`` that
-    it does not publish.
+    ``topics``: with the s to listen to each; ``published_only``: leave out those that it does not publish.
     """
-    name = str(request["name"])
-    found: NodeAnswer = {"registered": None, "alive": None, "error": "", "topics": {}}
-    answers[name] = found
     try:
         uri = str(await client.call(master_uri, "lookupNode", name))
     except client.FailedCallError as error:
-        found.update({"registered": False, "error": str(error)})
+        yield NodeSeen(False, error=str(error))
         return
     except PeerError as error:  # the master is silent: nothing is known of the node
-        found["error"] = str(error)
+        yield NodeSeen(error=str(error))
         return
-    found.update({"registered": True, "uri": clipped(uri)})
-    found["provides"] = {service: "" for service, nodes in providers.items() if name in nodes}
+    provides = {service: "" for service, nodes in providers.items() if name in nodes}
+    found = NodeSeen(True, uri=clipped(uri), provides=provides)
+    yield found
     try:
         pid, publications, subscriptions = await asyncio.gather(
             client.call(uri, "getPid"),
             client.call(uri, "getPublications"),
             client.call(uri, "getSubscriptions"),
         )
-        found.update({"pid": process_of(pid), "alive": True})
-        found.update({"publishes": types_of(publications), "subscribes": types_of(subscriptions)})
-        found["provides"].update(_actions(found["subscribes"]))
+        found = found._replace(
+            alive=True,
+            pid=process_of(pid),
+            publishes=types_of(publications),
+            subscribes=types_of(subscriptions),
+        )
     except PeerError as error:
-        found.update({"alive": False, "error": str(error)})
+        yield found._replace(alive=False, error=str(error))
         return
-    wanted = [one for one in request["topics"].items() if not published_only or one[0] in found["publishes"]]
-    topics = (_topic(uri, topic, seconds_of(listening), found) for topic, listening in wanted[:_MOST_TOPICS])
-    await asyncio.gather(_parameters(master_uri, request, found), *topics)
+    found = found._replace(provides={**provides, **dict(_actions(found.subscribes))})
+    yield found
+    wanted = [one for one in topics.items() if not published_only or one[0] in found.publishes]
+    set_otherwise, measured = await asyncio.gather(
+        _parameters(master_uri, name, parameters),
+        asyncio.gather(
+            *(_topic(uri, topic, seconds_of(listening)) for topic, listening in wanted[:_MOST_TOPICS])
+        ),
+    )
+    yield found._replace(
+        parameters=set_otherwise,
+        topics={topic: seen for (topic, _), (seen, _) in zip(wanted, measured)},
+        report=worst([status for _, statuses in measured for status in statuses]),
+    )
 
 
 def goals_of(action: str) -> str:
@@ -78,18 +89,17 @@ def _actions(subscribes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
             yield topic[: -len(_GOALS)], f"{package}/action/{name}"
 
 
-async def _parameters(master_uri: str, request: NodeRequest, node: NodeAnswer) -> None:
+async def _parameters(master_uri: str, node: str, wanted: Mapping[str, Any] | None) -> Sequence[str] | None:
     """Compares the parameters that a node has set with those that the master has, if it answers."""
-    wanted = request.get("parameters")
     if not wanted:
-        return
+        return None
     try:
-        seen = await client.call(master_uri, "getParam", request["name"])
+        seen = await client.call(master_uri, "getParam", node)
     except client.FailedCallError:
         seen = {}
     except PeerError:  # the master is silent
-        return
-    node["parameters"] = list(_differences(wanted, seen))[:_MOST_PARAMETERS]
+        return None
+    return list(_differences(wanted, seen))[:_MOST_PARAMETERS]
 
 
 def _differences(wanted: Mapping[str, Any], seen: Any, above: str = "") -> Iterator[str]:
@@ -121,18 +131,16 @@ def types_of(pairs: Any) -> dict[str, str]:
         raise PeerError("its list of topics makes no sense") from None
 
 
-async def _topic(uri: str, topic: str, seconds: float, node: NodeAnswer) -> None:
+async def _topic(uri: str, topic: str, seconds: float) -> tuple[TopicSeen, list[Status]]:
     flow = client.Flow(seconds)
-    entry: TopicAnswer = {
-        "count": 0, "rate": None, "age": None, "seconds": seconds, "type": "", "error": "",
-    }  # fmt: skip
-    node["topics"][topic] = entry
+    problem = ""
+    statuses: list[Status] = []
     try:
         await client.listen(uri, topic, flow, keep_first=topic == _DIAGNOSTICS)
         if flow.first_body:
-            node["reports"] = client.diagnostics_in(flow.first_body)
+            statuses = client.diagnostics_in(flow.first_body)
     except PeerError as error:
-        entry["error"] = str(error)
+        problem = str(error)
     now = time.monotonic()
-    entry.update({"count": flow.count, "rate": flow.rate(now), "age": flow.age(now)})
-    entry.update({"seconds": flow.seconds, "type": flow.type})
+    seen = TopicSeen(flow.count, flow.rate(now), flow.seconds, flow.type, problem, flow.age(now))
+    return seen, statuses

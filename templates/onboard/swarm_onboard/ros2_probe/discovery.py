@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Iterator
 from swarm_onboard.ros2_probe.endpoints import Graph, settled
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.probe_messages import GraphAnswer, ProbeRequest
+    from swarm_onboard.agent.observations import LaunchedSeen, NodeSeen
+    from swarm_onboard.agent.verbs.probe import Request
 
 LONGEST = 20.0  # s
 _AT_LEAST = 2.0  # s, for nodes that nobody waits for
@@ -22,7 +23,7 @@ class Discovery:
     ``finished``: no other look is needed; ``incomplete``: something expected is missing and may still appear.
     """
 
-    def __init__(self, request: ProbeRequest, began: float) -> None:
+    def __init__(self, request: Request, began: float) -> None:
         self._request, self._began, self._changed = request, began, began
         self._contents: object = None
         self._missing: set[str] = set()
@@ -41,17 +42,15 @@ class Discovery:
         whole = agrees and not self._missing and (quiet or settled(graph, self._request))
         self.finished = age >= (_AT_LEAST if whole else LONGEST if self.incomplete else BOUND)
 
-    def fill_in(self, answer: GraphAnswer) -> None:
-        """Makes unknown in ``answer`` what an incomplete look has not seen."""
-        answer["incomplete"] = self.incomplete
-        missing = self._missing if self.incomplete else ()
-        for name, node in answer["nodes"].items():
-            if name in missing:
-                node["registered"] = node["alive"] = None
-                node["error"] = _NOT_YET
-        for unit, launched in answer["launched"].items():
-            if unit in missing:
-                launched["error"] = _NOT_YET
+    def node(self, name: str, node: NodeSeen) -> NodeSeen:
+        """Returns a node; unknown where an incomplete look has not seen all of it."""
+        hidden = self.incomplete and name in self._missing
+        return node._replace(registered=None, alive=None, error=_NOT_YET) if hidden else node
+
+    def launched(self, unit: str, launched: LaunchedSeen) -> LaunchedSeen:
+        """Returns the nodes of a unit; unknown where an incomplete look has not seen all of them."""
+        hidden = self.incomplete and unit in self._missing
+        return launched._replace(error=_NOT_YET) if hidden else launched
 
 
 def _contents(graph: Graph) -> object:
@@ -59,15 +58,15 @@ def _contents(graph: Graph) -> object:
     return sorted(graph.nodes), {(one.node, one.topic, one.gid) for one in ends}
 
 
-def _missing(graph: Graph, request: ProbeRequest) -> Iterator[str]:
+def _missing(graph: Graph, request: Request) -> Iterator[str]:
     """Yields the expected nodes, and units of nodes, that the graph lacks, or a topic or service of them."""
     nodes = set(graph.nodes)
-    named = {*(one["name"] for one in request["nodes"]), *request["peers"]}
+    named = {*request.nodes, *request.peers}
     publishing, subscribing = (
         {(one.node if one.node in named else "", one.topic) for one in ends if one.node in nodes}
         for ends in (graph.publishers, graph.subscriptions)
     )
-    for one, wanted in request["expected"].items():
+    for one, wanted in request.expected.items():
         node = one if one.startswith("/") else ""
         ends = {(node, topic) for topic in wanted["publishes"]} - publishing
         ends |= {(node, topic) for topic in wanted["subscribes"]} - subscribing

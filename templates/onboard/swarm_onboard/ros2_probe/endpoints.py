@@ -7,16 +7,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, AbstractSet, Any, Callable, Iterator, Mapping, Sequence
 
 from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.observations import (
+    GraphSeen,
+    LaunchedSeen,
+    NodeSeen,
+    PeerSeen,
+    SenderSeen,
+    UnmatchedSeen,
+)
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.probe_messages import (
-        GraphAnswer,
-        LaunchedAnswer,
-        NodeAnswer,
-        ProbeRequest,
-        SenderAnswer,
-        UnmatchedAnswer,
-    )
+    from swarm_onboard.agent.verbs.probe import Request
 
 HIDDEN = "_"  # how the name of a node begins that tools do not list
 NAMELESS = "_NODE_NAME_UNKNOWN_"  # of an endpoint whose node has not announced itself yet
@@ -72,67 +73,63 @@ def is_hidden(node: str) -> bool:
     return node.rpartition("/")[2].startswith(HIDDEN)
 
 
-def settled(graph: Graph, request: ProbeRequest) -> bool:
+def settled(graph: Graph, request: Request) -> bool:
     """Whether every node that is looked for has been seen, with the topics that are measured."""
     seen = set(graph.nodes)
-    if not seen >= {*(one["name"] for one in request["nodes"]), *request["peers"]}:
+    if not seen >= {*request.nodes, *request.peers}:
         return False
     has = {(one.node, one.topic) for one in graph.publishers}
-    wanted = {(one["name"], topic) for one in request["nodes"] for topic in one["topics"]}
+    wanted = {(node, topic) for node, topics in request.nodes.items() for topic in topics}
     return wanted <= has and _NAMES[NAMELESS] not in {node for node, _ in has}
 
 
-def fill_in(answer: GraphAnswer, graph: Graph, request: ProbeRequest) -> None:
-    """Adds all that needs no listening."""
+def parts(graph: Graph, request: Request) -> dict[str, Any]:
+    """Returns the fields of an answer that need no listening."""
     seen = set(graph.nodes)
-    answer["seen"] = sum(not is_hidden(one) for one in graph.nodes)
-    answer["nodes"] = {one["name"]: _node(graph, one["name"], request) for one in request["nodes"]}
-    answer["peers"] = {
-        node: {"uri": "", "topics": [], "port": 0, "error": ""} for node in request["peers"] if node in seen
-    }
-    answer["launched"] = {
-        unit: _launched(graph, unit, topics, request) for unit, topics in request["launched"].items()
-    }
     hosts = _hosts(graph, request)
-    _add_commanders(answer, graph, request, hosts)
-    if request["homes"]:
-        answer["doubles"] = {
+    found = {
+        "seen": sum(not is_hidden(one) for one in graph.nodes),
+        "nodes": {name: _node(graph, name, request) for name in request.nodes},
+        "peers": {node: PeerSeen("") for node in request.peers if node in seen},
+        "launched": {
+            unit: _launched(graph, unit, topics, request) for unit, topics in request.launched.items()
+        },
+        **_commanders(graph, request, hosts),
+    }
+    if request.homes:
+        found["doubles"] = {
             node: _places(graph, node, hosts)
             for node, count in Counter(graph.nodes).items()
             if count > 1 and not is_hidden(node)
         }
-        answer["unmatched"] = list(_unmatched(graph))[:_MOST_PAIRS]
-    if request["graph"]:
-        bridged = request["graph"]["topics"]
+        found["unmatched"] = list(_unmatched(graph))[:_MOST_PAIRS]
+    if request.graph:
+        bridged = request.bridged
         if bridged is None:
             bridged = sorted({one.topic for one in graph.publishers})
-        answer["graph"] = {
-            "publishers": {
-                topic: {one.node: hosts.get(_host(one), "") for one in graph.publishing(topic)}
-                for topic in bridged
-            },
-            "types": {one.topic: clipped(one.type) for one in graph.publishers if one.topic in bridged},
-            "strangers": [],
+        publishers = {
+            topic: {one.node: hosts.get(_host(one), "") for one in graph.publishing(topic)}
+            for topic in bridged
         }
+        types = {one.topic: clipped(one.type) for one in graph.publishers if one.topic in bridged}
+        found["graph"] = GraphSeen(publishers, types, [])
+    return found
 
 
-def _node(graph: Graph, name: str, request: ProbeRequest) -> NodeAnswer:
-    there = name in graph.nodes
-    if not there:
-        return {"registered": False, "alive": False, "error": "", "topics": {}}
-    return {
-        "registered": True,
-        "alive": True,
-        "error": "",
-        "publishes": _types(graph.publishers, name),
-        "subscribes": _types(graph.subscriptions, name),
-        "provides": {
+def _node(graph: Graph, name: str, request: Request) -> NodeSeen:
+    if name not in graph.nodes:
+        return NodeSeen(False, False)
+    return NodeSeen(
+        True,
+        True,
+        publishes=_types(graph.publishers, name),
+        subscribes=_types(graph.subscriptions, name),
+        provides={
             service: clipped(kind)
             for service, kind in graph.services.get(name, {}).items()
-            if service in request["provides"]
+            if service in request.provides
         },
-        "topics": {},
-    }
+    )
 
 
 def _types(endpoints: Sequence[Endpoint], node: str) -> dict[str, str]:
@@ -140,22 +137,21 @@ def _types(endpoints: Sequence[Endpoint], node: str) -> dict[str, str]:
     return dict(list(found.items())[:_MOST_TOPICS])
 
 
-def _launched(graph: Graph, unit: str, topics: Mapping[str, float], request: ProbeRequest) -> LaunchedAnswer:
+def _launched(graph: Graph, unit: str, topics: Mapping[str, float], request: Request) -> LaunchedSeen:
     """The nodes of a unit that names none: those of this host with its topics or services that the spec does
     not name. One of them takes the commands of a driver; other nodes publish these.
     """
-    named = {one["name"] for one in request["nodes"]}
-    taken = request["expected"][unit]["subscribes"] if unit in request["expected"] else ()
+    taken = request.expected[unit]["subscribes"] if unit in request.expected else ()
     having = [
         *(one for one in (*graph.publishers, *graph.subscriptions) if one.topic in topics),
         *(one for one in graph.subscriptions if one.topic in taken),
         *(one for one in graph.publishers if topics.keys() & graph.services.get(one.node, ())),
     ]
     names = dict.fromkeys(
-        one.node for one in having if one.node not in named and _is_of_this_host(one, graph)
+        one.node for one in having if one.node not in request.nodes and _is_of_this_host(one, graph)
     )
     nodes = {name: _node(graph, name, request) for name in names if name in graph.nodes}
-    return {"nodes": nodes, "starts": {}, "ended": {}, "error": ""}
+    return LaunchedSeen(nodes)
 
 
 def _host(one: Endpoint) -> bytes:
@@ -168,16 +164,16 @@ def _is_of_this_host(one: Endpoint, graph: Graph) -> bool:
     return not own or not _host(one) or _host(one) == own
 
 
-def _hosts(graph: Graph, request: ProbeRequest) -> dict[bytes, str]:
+def _hosts(graph: Graph, request: Request) -> dict[bytes, str]:
     """The hosts by what GIDs contain of them: those whose nodes are known, and this one."""
     found: dict[bytes, str] = {}
     counts = Counter(graph.nodes)
     for one in graph.publishers:
-        if _host(one) and counts[one.node] == 1 and one.node in request["homes"]:
-            found.setdefault(_host(one), request["homes"][one.node].lower())
+        if _host(one) and counts[one.node] == 1 and one.node in request.homes:
+            found.setdefault(_host(one), request.homes[one.node].lower())
     if graph.own_gid.startswith(_FAST_DDS):
-        found[graph.own_gid[_HOST]] = request["advertised"].lower()
-    for node, home in request["homes"].items():  # of several of one name, one is at home
+        found[graph.own_gid[_HOST]] = request.advertised.lower()
+    for node, home in request.homes.items():  # of several of one name, one is at home
         others = {_host(one) for one in graph.publishers if one.node == node} - {b"", *found}
         if len(others) == 1 and home.lower() not in found.values():
             found[others.pop()] = home.lower()
@@ -191,29 +187,31 @@ def _places(graph: Graph, node: str, hosts: Mapping[bytes, str]) -> list[str]:
     return sorted(processes.values())[:_MOST_NAMES]
 
 
-def _add_commanders(
-    answer: GraphAnswer, graph: Graph, request: ProbeRequest, hosts: Mapping[bytes, str]
-) -> None:
+def _commanders(graph: Graph, request: Request, hosts: Mapping[bytes, str]) -> dict[str, Any]:
     """Who publishes on each topic of commands, and who subscribes to it; who publishes what others should."""
-    kinds = set(request["command_types"])
-    topics = dict.fromkeys(request["commands"])
+    kinds = set(request.command_types)
+    topics = dict.fromkeys(request.commands)
     topics.update(
         dict.fromkeys(one.topic for one in (*graph.publishers, *graph.subscriptions) if one.type in kinds)
     )
-    answer["commanders"] = {topic: _names(graph.publishers, topic) for topic in topics}
-    answer["receivers"] = {topic: _names(graph.subscriptions, topic) for topic in topics}
     unwanted = (
         (topic, [one for one in _names(graph.publishers, topic) if one not in wanted])
-        for topic, wanted in request["publishers"].items()
+        for topic, wanted in request.publishers.items()
     )
-    answer["others"] = {topic: names for topic, names in unwanted if names}
-    known: AbstractSet[str] = {*topics, *answer["others"]}
-    senders: dict[str, SenderAnswer] = {}
+    others = {topic: names for topic, names in unwanted if names}
+    known: AbstractSet[str] = {*topics, *others}
+    senders: dict[str, dict[str, str]] = {}
+    homes: dict[str, str] = {}
     for one in graph.publishers:
         if one.topic in known:
-            found = senders.setdefault(one.node, {"host": hosts.get(_host(one), ""), "publishes": {}})
-            found["publishes"][one.topic] = clipped(one.type)
-    answer["senders"] = senders
+            homes.setdefault(one.node, hosts.get(_host(one), ""))
+            senders.setdefault(one.node, {})[one.topic] = clipped(one.type)
+    return {
+        "commanders": {topic: _names(graph.publishers, topic) for topic in topics},
+        "receivers": {topic: _names(graph.subscriptions, topic) for topic in topics},
+        "others": others,
+        "senders": {node: SenderSeen(homes[node], publishes) for node, publishes in senders.items()},
+    }
 
 
 def _names(endpoints: Sequence[Endpoint], topic: str) -> list[str]:
@@ -222,7 +220,7 @@ def _names(endpoints: Sequence[Endpoint], topic: str) -> list[str]:
     return sorted(names)[:_MOST_NAMES]
 
 
-def _unmatched(graph: Graph) -> Iterator[UnmatchedAnswer]:
+def _unmatched(graph: Graph) -> Iterator[UnmatchedSeen]:
     """Publishers and subscriptions of one topic that exchange nothing."""
     by_topic: dict[str, list[Endpoint]] = {}
     for one in graph.subscriptions:
@@ -232,14 +230,14 @@ def _unmatched(graph: Graph) -> Iterator[UnmatchedAnswer]:
             alike = publisher.type == one.type and not _differ(publisher.hash, one.hash)
             policies = graph.incompatible(publisher.quality, one.quality) if alike else ""
             if not alike or policies:
-                yield {
-                    "topic": clipped(one.topic),
-                    "publisher": publisher.node,
-                    "subscriber": one.node,
-                    "type": clipped(one.type),
-                    "publisher_type": clipped(publisher.type),
-                    "policies": clipped(policies),
-                }
+                yield UnmatchedSeen(
+                    clipped(one.topic),
+                    publisher.node,
+                    one.node,
+                    clipped(one.type),
+                    clipped(publisher.type),
+                    clipped(policies),
+                )
 
 
 def _differ(one: str, other: str) -> bool:

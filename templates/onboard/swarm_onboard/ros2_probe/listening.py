@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Callable, Iterator
+from typing import TYPE_CHECKING, Any, Callable
 
 from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.observations import NodeSeen, Status, TopicSeen, worst
 from swarm_onboard.common.flow import Flow
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.probe_messages import GraphAnswer, NodeAnswer, ProbeRequest, StatusAnswer
+    from swarm_onboard.agent.verbs.probe import Request
     from swarm_onboard.ros2_probe.endpoints import Graph
 
 _CONNECTS = 1.5  # s until a new subscription receives the first message, beside the window
@@ -45,7 +46,7 @@ class _Received(Flow):
 
 
 class Listening:
-    """Subscribes ``node`` to the topics of a ``ProbeRequest`` as soon as their publishers are known.
+    """Subscribes ``node`` to the topics of a request as soon as their publishers are known.
 
     ``subscribe`` is ``swarm_onboard.ros2.senders.subscribe_with_sender``, which an agent cannot import.
 
@@ -53,27 +54,27 @@ class Listening:
     """
 
     def __init__(
-        self, request: ProbeRequest, node: Any, longest: float, subscribe: Callable[..., Callable[[], None]]
+        self, request: Request, node: Any, longest: float, subscribe: Callable[..., Callable[[], None]]
     ) -> None:
         self._node = node
         self._subscribe_with_sender = subscribe
         self._wanted = {
-            (one["name"], topic): min(seconds, longest)
-            for one in request["nodes"]
-            for topic, seconds in one["topics"].items()
+            (node, topic): min(seconds, longest)
+            for node, topics in request.nodes.items()
+            for topic, seconds in topics.items()
             if seconds > 0
         }
-        self._named = {one["name"] for one in request["nodes"]}
+        self._named = set(request.nodes)
         self._launched = {
             topic: min(seconds, longest)
-            for topics in request["launched"].values()
+            for topics in request.launched.values()
             for topic, seconds in topics.items()
             if seconds > 0
         }
         self._flows: dict[tuple[str, str], _Received] = {}
         self._subscriptions: dict[str, Callable[[], None]] = {}
         self._names: dict[bytes, str] = {}
-        self._statuses: dict[str, dict[str, StatusAnswer]] = {}
+        self._statuses: dict[str, dict[str, Status]] = {}
         self.lacking: dict[str, str] = {}
 
     @property
@@ -131,25 +132,16 @@ class Listening:
         for topic in [one for one in self._subscriptions if one not in measured]:
             self._subscriptions.pop(topic)()
 
-    def fill_in(self, answer: GraphAnswer) -> None:
-        """Adds what was measured to the nodes in ``answer``."""
-        for name, node in _nodes(answer):
-            for (one, topic), flow in self._flows.items():
-                if one == name:
-                    now = time.monotonic() if flow.done is None else flow.done
-                    node["topics"][topic] = {
-                        "count": flow.count,
-                        "rate": flow.rate(now),
-                        "age": flow.age(now),
-                        "seconds": flow.seconds,
-                        "type": flow.type,
-                        "error": "",
-                    }
-            if name in self._statuses:
-                node["reports"] = list(self._statuses[name].values())[:_MOST_STATUSES]
-        if self.lacking:
-            kinds = ", ".join(self.lacking)
-            answer["troubles"] = {"ros": clipped(f"not measured, as this host lacks the type: {kinds}")}
+    def measured(self, name: str, node: NodeSeen) -> NodeSeen:
+        """Returns a node with what was measured of it."""
+        now = time.monotonic()
+        topics = {
+            topic: _topic(flow, now if flow.done is None else flow.done)
+            for (one, topic), flow in self._flows.items()
+            if one == name
+        }
+        statuses = list(self._statuses.get(name, {}).values())[:_MOST_STATUSES]
+        return node._replace(topics=topics, report=worst(statuses))
 
 
 def message_class(kind: str) -> Any:
@@ -158,19 +150,11 @@ def message_class(kind: str) -> Any:
     return getattr(import_module(f"{package}.msg"), name)
 
 
-def _nodes(answer: GraphAnswer) -> Iterator[tuple[str, NodeAnswer]]:
-    yield from answer["nodes"].items()
-    for unit in answer["launched"].values():
-        yield from unit["nodes"].items()
+def _topic(flow: _Received, now: float) -> TopicSeen:
+    return TopicSeen(flow.count, flow.rate(now), flow.seconds, flow.type, age=flow.age(now))
 
 
-def _status(one: Any) -> StatusAnswer:
-    level = one.level
+def _status(one: Any) -> Status:
     values = ((clipped(pair.key, _LONGEST_KEY), clipped(pair.value)) for pair in one.values[:_MOST_VALUES])
-    return {
-        "level": level[0] if isinstance(level, bytes) else int(level),
-        "name": clipped(one.name),
-        "message": clipped(one.message),
-        "hardware": clipped(one.hardware_id),
-        "values": dict(values),
-    }
+    level = one.level[0] if isinstance(one.level, bytes) else int(one.level)
+    return Status(level, clipped(one.name), clipped(one.message), dict(values))

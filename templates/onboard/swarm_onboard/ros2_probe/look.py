@@ -9,16 +9,18 @@ import sys
 import time
 from contextlib import contextmanager
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Iterator
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Iterator, Mapping
 
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.ros2_probe import discovery
 from swarm_onboard.ros2_probe.discovery import Discovery
-from swarm_onboard.ros2_probe.endpoints import HIDDEN, Endpoint, Graph, fill_in, full_name
+from swarm_onboard.ros2_probe.endpoints import HIDDEN, Endpoint, Graph, full_name, parts
 from swarm_onboard.ros2_probe.listening import Listening
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.probe_messages import GraphAnswer, ProbeRequest
+    from swarm_onboard.agent.observations import LaunchedSeen, NodeSeen
+    from swarm_onboard.agent.verbs.probe import Request
 
 NAME = f"{HIDDEN}swarm_status_"
 LARGEST = 8 << 20  # bytes of what it prints
@@ -31,16 +33,16 @@ _GOALS, _GOAL = "/_action/send_goal", "_SendGoal"  # how a service of an action 
 _QUIETLY = ("--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--disable-external-lib-logs")
 
 
-def longest(request: ProbeRequest) -> float:
+def longest(request: Request) -> float:
     """For how long the node looks at most, s."""
-    topics = (*(one["topics"] for one in request["nodes"]), *request["launched"].values())
+    topics = (*request.nodes.values(), *request.launched.values())
     listening = (seconds for one in topics for seconds in one.values())
     return discovery.LONGEST + min(max(listening, default=0.0), _LONGEST_LISTENING) + _LATE
 
 
 def main() -> None:
-    """Reads a ``ProbeRequest`` and prints a ``GraphAnswer`` in one line, or its ``error``."""
-    request = json.load(sys.stdin)
+    """Reads a ``Request`` of ``probe`` and prints fields of its ``Answer`` in one line, or an ``error``."""
+    request: Any = SimpleNamespace(**json.load(sys.stdin))
     try:
         answer: Any = _seen(request)
     except ImportError as error:
@@ -52,7 +54,7 @@ def main() -> None:
     os._exit(0)  # some rmw hang while Python ends
 
 
-def _seen(request: ProbeRequest) -> GraphAnswer:
+def _seen(request: Request) -> dict[str, Any]:
     resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST, LARGEST))
     with joined(_own_name()) as node:
         executor = import_module("rclpy.executors").SingleThreadedExecutor()
@@ -78,15 +80,14 @@ def _own_name() -> str:
     return f"{NAME}{os.urandom(8).hex()}"
 
 
-def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
+def _looked(request: Request, node: Any, turn: Any) -> dict[str, Any]:
     """Waits until the whole graph is seen and measured, or time is up. ``turn`` receives for a moment."""
-    answer: GraphAnswer = {}
     from swarm_onboard.ros2.senders import subscribe_with_sender  # noqa: PLC0415  the agent has no rclpy
 
     listening = Listening(request, node, _LONGEST_LISTENING, subscribe_with_sender)
     began = time.monotonic()
     end = began + longest(request)
-    provided = bool(request["provides"]) or any(one["provides"] for one in request["expected"].values())
+    provided = bool(request.provides) or any(one["provides"] for one in request.expected.values())
     looked, discovered, graph = 0.0, Discovery(request, began), graph_of(node, services=provided)
     while time.monotonic() < end:
         turn()
@@ -100,10 +101,22 @@ def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
         if discovered.finished and not listening.running:
             break
     listening.end(time.monotonic(), all_=True)
-    fill_in(answer, graph, request)
-    discovered.fill_in(answer)
-    listening.fill_in(answer)
-    return answer
+    found = parts(graph, request)
+
+    def known(nodes: Mapping[str, NodeSeen]) -> dict[str, NodeSeen]:
+        return {name: listening.measured(name, discovered.node(name, node)) for name, node in nodes.items()}
+
+    launched: dict[str, LaunchedSeen] = found["launched"]
+    found["nodes"] = known(found["nodes"])
+    found["launched"] = {
+        unit: discovered.launched(unit, one._replace(nodes=known(one.nodes)))
+        for unit, one in launched.items()
+    }
+    found["incomplete"] = discovered.incomplete
+    if listening.lacking:
+        kinds = ", ".join(listening.lacking)
+        found["troubles"] = {"ros": clipped(f"not measured, as this host lacks the type: {kinds}")}
+    return found
 
 
 def graph_of(node: Any, *, services: bool) -> Graph:

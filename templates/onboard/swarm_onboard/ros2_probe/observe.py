@@ -22,7 +22,7 @@ from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.ros2_probe import child_environment, look
 
 if TYPE_CHECKING:
-    from swarm_onboard.agent.probe_messages import ProbeAnswer, ProbeRequest
+    from swarm_onboard.agent.verbs.probe import Answer, Request
 
 _START = 10.0  # s until a slow board has loaded rclpy, and for leaving the graph
 #: Of the look. Not that of nobody, under which other programs run: a firewall lets this one see the graph.
@@ -34,30 +34,31 @@ _PYTHON = ("/usr/bin/python3", "-s", "-c")
 _CODE = f"import sys; sys.path.insert(0, sys.argv[1]); from {look.__name__} import main; main()"
 
 
-def observe(request: ProbeRequest, answer: ProbeAnswer) -> None:
-    """Fill in the ``GraphAnswer``. Raises ``RefusedError`` if no node of this host can join the graph."""
-    current = home_of(request["swarm"]).current_link
+def observe(request: Request, answer: Answer) -> Answer:
+    """Returns the answer with the graph. Raises ``RefusedError`` if no node of this host can join it."""
+    current = home_of(request.swarm).current_link
     try:
-        answer["listening"] = processes.listening_ports()
-        answer["listening_udp"] = processes.udp_ports()
+        ports, udp = processes.listening_ports(), processes.udp_ports()
+        answer = answer._replace(listening=ports, listening_udp=udp)
     except OSError as error:
-        answer["troubles"]["ports"] = clipped(error)
+        answer = answer._replace(troubles={**answer.troubles, "ports": clipped(error)})
     content = files.read(f"{current}/{environment_file.ROS}")
     if content is None:  # a host without a release, which is a finding of its own
-        return
+        return answer
     release = environment_file.variables_in(content.decode("utf-8", "replace"))
     seen = _looked(request, current, child_environment.of_child(release, current))
     if "error" in seen:
         raise FailedError(clipped(seen["error"], 300))
-    answer["troubles"].update(seen.pop("troubles", {}))
-    answer.update(seen)
+    troubles = {**answer.troubles, **seen.pop("troubles", {})}
+    return answer._replace(troubles=troubles, **seen)
 
 
-def observe_logs(answer: ProbeAnswer) -> None:
-    """Nothing to do: two nodes of one name do not end each other."""
+def observe_logs(answer: Answer) -> Answer:
+    """Returns the answer as it is: two nodes of one name do not end each other."""
+    return answer
 
 
-def _looked(request: ProbeRequest, current: str, variables: Mapping[str, str]) -> Any:
+def _looked(request: Request, current: str, variables: Mapping[str, str]) -> Any:
     """What the child reports. Raises ``FailedError`` if it does not."""
     longest = look.longest(request) + _START
     archive = str(Path(swarm_onboard.__path__[0]).parent)
@@ -71,7 +72,7 @@ def _looked(request: ProbeRequest, current: str, variables: Mapping[str, str]) -
             start_new_session=True,
         )
         try:
-            child.communicate(json.dumps(request).encode("utf-8"), longest)
+            child.communicate(json.dumps(request._asdict()).encode("utf-8"), longest)
         except subprocess.TimeoutExpired:
             raise FailedError(f"the look at the graph took more than {longest:.0f} s") from None
         finally:

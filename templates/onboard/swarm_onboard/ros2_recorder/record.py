@@ -8,8 +8,10 @@ import signal
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from swarm_onboard.agent.observations import GraphSeen
+from swarm_onboard.agent.verbs import probe
 from swarm_onboard.ros2_probe import observe
 from swarm_onboard.ros2_probe.child_environment import UDP
 from swarm_onboard.ros2_probe.look import joined
@@ -28,20 +30,21 @@ def published(request: Request) -> dict[str, set[str]]:
     Hidden topics and those of every node are left out unless ``patterns`` has their names. Raises
     ``FailedError`` if no node of this host can join the graph.
     """
-    probe: Any = {
-        "swarm": request.swarm,
-        "nodes": [], "peers": [], "launched": {}, "commands": [], "command_types": [], "publishers": {},
-        "provides": [],
-        "expected": {node: {"publishes": [], "subscribes": [], "provides": []} for node in request.awaited},
-        "homes": request.nodes,
-        "advertised": request.host,
-        "graph": {"topics": None, "own": []},
-    }  # fmt: skip
-    seen: Any = {"troubles": {}}
-    observe.observe(probe, seen)
+    seen = observe.observe(
+        probe.Request(
+            request.swarm,
+            observe.__name__,
+            expected={node: {"publishes": [], "subscribes": [], "provides": []} for node in request.awaited},
+            homes=request.nodes,
+            advertised=request.host,
+            graph=True,
+        ),
+        probe.Answer(),
+    )
+    graph = GraphSeen(*seen.graph) if seen.graph else GraphSeen({}, {}, [])
     return {
         topic: {home or request.nodes.get(node, "") for node, home in publishers.items()}
-        for topic, publishers in seen.get("graph", {"publishers": {}})["publishers"].items()
+        for topic, publishers in graph.publishers.items()
         if topic in request.patterns or not ("/_" in topic or topic in _OF_NODES)
     }
 
