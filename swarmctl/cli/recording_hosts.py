@@ -12,7 +12,7 @@ import typer
 from swarmctl.cli import console, exit_codes, ros_tools
 from swarmctl.remote import host_recordings
 from swarmctl.remote.host_recordings import Fetched
-from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped, result_of
+from swarmctl.remote.parallel_hosts import Event, Finished, Note
 from swarmctl.remote.transport import HostError, Kind, Target, Transport
 from swarmctl.render.middleware import middleware_at
 from swarmctl.swarm.resolved import Swarm
@@ -133,8 +133,8 @@ class RecordingHosts:
             if not console.err().is_terminal:
                 progress.stop()
             for event in reading:
-                if isinstance(event, Finished | Skipped):
-                    yield event.host, result_of(event)
+                if isinstance(event, Finished):
+                    yield event.host, event.outcome
                 elif isinstance(event, Note) and event.text.isdigit():
                     sizes[event.host] = int(event.text)
                     progress.update(f"{view.size(sum(sizes.values()))} {words}")

@@ -107,13 +107,13 @@ class Parts:
         return [run.to_json() for run in runs(logs)]
 
     def _answered(self, events: Iterable[Event[_Result]]) -> dict[str, _Result]:
-        from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+        from swarmctl.remote.parallel_hosts import Finished
         from swarmctl.remote.transport import HostError
 
         found: dict[str, _Result] = {}
         for event in events:
-            if isinstance(event, Finished | Skipped):
-                result = result_of(event)
+            if isinstance(event, Finished):
+                result = event.outcome
                 if isinstance(result, HostError):
                     self.missing.setdefault(event.host, result.message)
                 else:

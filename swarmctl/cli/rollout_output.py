@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 def results(events: Events, hosts: list[str], *, quiet: bool) -> Mapping[str, Result]:
     """The result of every host, in the order of ``hosts``, shown on the way unless ``quiet``."""
-    from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+    from swarmctl.remote.parallel_hosts import Finished
 
     shown = events if quiet else _shown(events, hosts)
-    found = {event.host: result_of(event) for event in shown if isinstance(event, Finished | Skipped)}
+    found = {event.host: event.outcome for event in shown if isinstance(event, Finished)}
     return {name: found[name] for name in hosts}
 
 
 def follow(events: Iterator[Event[object]], hosts: list[str], *, quiet: bool) -> None:
     """Waits for the end of ``events``, shown on the way unless ``quiet``; results are shown later."""
-    from swarmctl.remote.parallel_hosts import Finished, Skipped
+    from swarmctl.remote.parallel_hosts import Finished
 
-    unfinished = (event for event in events if not isinstance(event, Finished | Skipped))
+    unfinished = (event for event in events if not isinstance(event, Finished))
     for _ in unfinished if quiet else _shown(unfinished, hosts):
         pass
 

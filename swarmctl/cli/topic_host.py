@@ -12,7 +12,7 @@ from swarmctl import streams
 from swarmctl.cli import console, exit_codes, next_command, options, ros_tools
 from swarmctl.remote import host_commands
 from swarmctl.remote.host_commands import MARK, Ran
-from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped
+from swarmctl.remote.parallel_hosts import Event, Finished, Note
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.render.middleware import Middleware, middleware_of
 from swarmctl.render.topic_tool import END_OF_MESSAGE
@@ -100,7 +100,7 @@ def _printed(events: Iterable[Event[Ran]], messages: int | None) -> Ran | None:
     None if it goes on: after so many ``messages``, or because nobody reads them.
     """
     for event in events:
-        if isinstance(event, Finished | Skipped):
+        if isinstance(event, Finished):
             return host_commands.ran(event)
         if not isinstance(event, Note):
             continue

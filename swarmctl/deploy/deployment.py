@@ -30,7 +30,7 @@ from swarmctl.plan.waves import Order
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.agent_archive import DEPLOY_VERBS
 from swarmctl.remote.connections import Connections
-from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped, Stop, result_of
+from swarmctl.remote.parallel_hosts import Event, Finished, Note, Stop, not_started
 from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
@@ -114,8 +114,8 @@ class Deployment:
         for event in self._each(
             self._bundles, lambda target, on_progress: self._waited(target, on_progress, until)
         ):
-            if isinstance(event, Finished | Skipped):
-                found = result_of(event)
+            if isinstance(event, Finished):
+                found = event.outcome
                 self._seconds[event.host] = event.seconds if isinstance(event, Finished) else 0.0
                 if isinstance(found, HostError):
                     self.errors[event.host] = found
@@ -174,10 +174,10 @@ class Deployment:
         return [plan for plan in self.plan.hosts if plan.steps and not plan.problem]
 
     def change(self, order: Order) -> Iterator[Event[Outcome]]:
-        """Executes the plans in this order. Every host ends in exactly one ``Finished`` or ``Skipped``."""
+        """Executes the plans in this order. Every host ends in exactly one ``Finished``."""
         deployed = []
         for event in self._changes(order):
-            if isinstance(event, Finished) and not isinstance(result_of(event), HostError):
+            if isinstance(event, Finished) and not isinstance(event.outcome, HostError):
                 deployed.append(event.host)
             yield event
         self._store_host_list(deployed)
@@ -200,7 +200,7 @@ class Deployment:
         if not waves:
             return
         if self._stop.requested:
-            yield from (Skipped(host) for wave in waves for host in wave)
+            yield from (not_started(host) for wave in waves for host in wave)
             return
         if locked := locked_ones(self.errors):  # whatever may fail: another run is at work
             yield from held(waves, f"nothing was changed, since {why(locked)}")
@@ -235,7 +235,7 @@ class Deployment:
                 break
             wave, *waves = waves
             for event in self._wave(lease, wave, failed, together=together):
-                if isinstance(event, Finished | Skipped) and isinstance(error := result_of(event), HostError):
+                if isinstance(event, Finished) and isinstance(error := event.outcome, HostError):
                     failed |= self._rules.counted({event.host: error})
                 yield event
             changed = "the rollout has stopped before it"
@@ -300,10 +300,10 @@ class Deployment:
         for event in _unstarted(self._each(wave, change)):
             if isinstance(event, Note):
                 yield event
-            elif isinstance(found := result_of(event), HostError):
+            elif isinstance(found := event.outcome, HostError):
                 failures |= self._rules.counted({event.host: found})
-                yield event if isinstance(event, Skipped) else Finished(event.host, found, event.seconds)
-            elif isinstance(event, Finished):
+                yield Finished(event.host, found, event.seconds)
+            else:
                 pending[event.host] = replace(found, seconds=event.seconds)
         end = undo if self._rules.holds(failures) or self._stop.requested else confirm
         if self._stop.requested:
@@ -392,6 +392,6 @@ class Deployment:
 
 def _unstarted(
     events: Iterator[Event[parallel_hosts.R]],
-) -> Iterator[Note | Finished[parallel_hosts.R] | Skipped]:
+) -> Iterator[Note | Finished[parallel_hosts.R]]:
     """The events without ``Started``: the survey has shown the start."""
     return (event for event in events if not isinstance(event, parallel_hosts.Started))

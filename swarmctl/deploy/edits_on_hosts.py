@@ -26,9 +26,6 @@ def edits_on_hosts(
             return edited_files(bundles[target.host], observe_host(host, bundles[target.host]))
 
     chosen = [targets[name] for name in bundles]
-    found = {
-        event.host: parallel_hosts.result_of(event)
-        for event in parallel_hosts.run(chosen, work, transport=transport, parallel=parallel)
-        if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped)
-    }
+    events = parallel_hosts.run(chosen, work, transport=transport, parallel=parallel)
+    found = parallel_hosts.results_of(events)
     return {name: found[name] for name in bundles}

@@ -13,7 +13,7 @@ from swarmctl.plan.plan import Problem
 from swarmctl.remote import operators, parallel_hosts
 from swarmctl.remote.ask import ask
 from swarmctl.remote.connections import Connections
-from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Stop, result_of
+from swarmctl.remote.parallel_hosts import Finished, Note, Stop
 from swarmctl.remote.transport import HostError, Kind, Target
 
 _UNKNOWN = "`--keep-going` goes on without an answer, as does `optional: true` for a host that may be away"
@@ -101,8 +101,8 @@ class Guard:
         for event in parallel_hosts.each(targets, work, parallel=self.parallel, stop=self.stop):
             if isinstance(event, Note):
                 notes.append(event)
-            elif isinstance(event, Finished | Skipped):
-                if isinstance(found := result_of(event), HostError):
+            elif isinstance(event, Finished):
+                if isinstance(found := event.outcome, HostError):
                     errors[event.host] = found
                 else:
                     uses |= found.in_use

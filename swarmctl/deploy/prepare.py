@@ -51,12 +51,8 @@ def observe(
             return preparation(needs, _look(host, needs), login=login)
 
     events = parallel_hosts.run(_chosen(wanted, targets, login), work, transport=transport, parallel=parallel)
-    found = {
-        event.host: _planned(event.host, parallel_hosts.result_of(event))
-        for event in events
-        if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped)
-    }
-    return tuple(found[name] for name in wanted)
+    found = parallel_hosts.results_of(events)
+    return tuple(_planned(name, found[name]) for name in wanted)
 
 
 def prepare(

@@ -19,7 +19,7 @@ from swarmctl.plan.preflight import UNFIT
 from swarmctl.remote import agent_client, operators
 from swarmctl.remote.agent_archive import ROLLBACK_VERBS
 from swarmctl.remote.ask import ask
-from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
@@ -64,8 +64,8 @@ class Rollback(Deployment):
             self._surveyed[host] = replace(one, plan=HostPlan(host, now, wanted.release, problem=problem))
         possible = [host for host in self._chosen if not self._surveyed[host].plan.problem]
         for event in self._each(possible, self._units_back):
-            if isinstance(event, Finished | Skipped):
-                self._complete(event.host, result_of(event))
+            if isinstance(event, Finished):
+                self._complete(event.host, event.outcome)
 
     def _units_back(self, target: Target, on_progress: OnProgress) -> UnitsBack:
         with self._connections.agent_session(target) as host:

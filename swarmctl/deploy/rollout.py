@@ -47,13 +47,10 @@ def observe(
             return reconcile(bundle, observed, diff=diff)
 
     chosen = [targets[name] for name in bundles]
-    plans = {
-        event.host: planned(bundles[event.host], parallel_hosts.result_of(event))
-        for event in parallel_hosts.run(chosen, work, transport=transport, parallel=parallel)
-        if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped)
-    }
+    events = parallel_hosts.run(chosen, work, transport=transport, parallel=parallel)
+    found = parallel_hosts.results_of(events)
     swarm = next(iter(bundles.values())).swarm
-    return Plan(swarm, tuple(plans[name] for name in bundles))
+    return Plan(swarm, tuple(planned(bundle, found[name]) for name, bundle in bundles.items()))
 
 
 def planned(bundle: Bundle, result: HostPlan | HostError) -> HostPlan:

@@ -19,7 +19,7 @@ from swarmctl.plan.observed_host import Observed
 from swarmctl.remote import agent_client, operators, parallel_hosts
 from swarmctl.remote.ask import ask
 from swarmctl.remote.connections import Connections
-from swarmctl.remote.parallel_hosts import Finished, Skipped, Stop, result_of
+from swarmctl.remote.parallel_hosts import Finished, Stop
 from swarmctl.remote.transport import AgentSession, HostError, Kind, Target
 
 _RENEWED_EACH = SECONDS / 3  # s
@@ -104,7 +104,7 @@ class SwarmLease:
                     self._ask(host, target, seen)
 
         for event in parallel_hosts.each(targets, work, parallel=self._parallel, stop=self._stop):
-            if isinstance(event, Finished | Skipped) and isinstance(found := result_of(event), HostError):
+            if isinstance(event, Finished) and isinstance(found := event.outcome, HostError):
                 errors[event.host] = found
         return errors
 

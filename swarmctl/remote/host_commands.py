@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 
 from swarmctl.remote import parallel_hosts
-from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped
+from swarmctl.remote.parallel_hosts import Event, Finished, Note
 from swarmctl.remote.transport import Channel, HostError, Kind, Session, Target, Transport, WorkerSession
 
 MARK = "! "  # before a line of standard error
@@ -84,9 +84,9 @@ def run(
             ahead.release()
 
 
-def ran(event: Finished[Ran] | Skipped) -> Ran:
+def ran(event: Finished[Ran]) -> Ran:
     """Returns the result of a host; without a connection it is an error alone."""
-    result = parallel_hosts.result_of(event)
+    result = event.outcome
     return Ran(event.host, None, error=result) if isinstance(result, HostError) else result
 
 

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from types import FrameType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
@@ -40,21 +40,14 @@ class Note:
 
 @dataclass(frozen=True)
 class Finished(Generic[R_co]):
-    """The work on a host ended, after ``seconds``, with a result or an error."""
+    """The work on a host ended, after ``seconds``, with a result or an error; 0 s if it never started."""
 
     host: str
     outcome: R_co | HostError
     seconds: float
 
 
-@dataclass(frozen=True)
-class Skipped:
-    """The work on a host never started, because the run was stopped before."""
-
-    host: str
-
-
-Event = Started | Note | Finished[R] | Skipped
+Event = Started | Note | Finished[R]
 
 
 _ABANDONED = HostError(
@@ -64,16 +57,15 @@ _ABANDONED = HostError(
 )
 
 
-def result_of(event: Finished[R] | Skipped) -> R | HostError:
-    """Returns the result of a host, or its error; a start that never happened is one, too."""
-    if isinstance(event, Skipped):
-        return HostError(Kind.STOPPED, f"{event.host}: not started, the run was interrupted before")
-    return event.outcome
+def not_started(host: str) -> Finished[Any]:
+    """Returns the event of a host whose work never starts, as the run was stopped before."""
+    message = f"{host}: not started, the run was interrupted before"
+    return Finished(host, HostError(Kind.STOPPED, message), 0.0)
 
 
 def results_of(events: Iterable[Event[R]]) -> dict[str, R | HostError]:
     """Returns the result of each host, or its error, once all have one."""
-    return {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}
+    return {event.host: event.outcome for event in events if isinstance(event, Finished)}
 
 
 @contextmanager
@@ -185,7 +177,7 @@ def each(
 ) -> Iterator[Event[R]]:
     """Run ``work`` for every target, with a callback for notes, for at most ``parallel`` at a time.
 
-    Yields events as they happen; every target ends in exactly one ``Finished`` or ``Skipped``.
+    Yields events as they happen; every target ends in exactly one ``Finished``.
     """
     waiting = list(targets)
     events: SimpleQueue[Event[R]] = SimpleQueue()
@@ -210,7 +202,7 @@ def each(
                 event = events.get(timeout=WAKES)
             except Empty:
                 continue
-            left -= isinstance(event, Finished | Skipped)
+            left -= isinstance(event, Finished)
             yield event
     finally:
         if left:  # the caller stopped reading
@@ -227,7 +219,7 @@ def _run_on(
     """Do the work for one host, and emit its events."""
     host = target.host
     if stop.requested:
-        emit(Skipped(host))
+        emit(not_started(host))
         return
     emit(Started(host))
     begun = time.monotonic()

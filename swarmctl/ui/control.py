@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from swarmctl.deploy import robot_stop
-from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Target, Transport
 from swarmctl.views import robot_stop as view
 
@@ -41,8 +41,8 @@ class Control:
             others=others, parallel=_PARALLEL,
         )  # fmt: skip
         for event in events:
-            if isinstance(event, Finished | Skipped):
-                for one in robot_stop.robot_stops(event.host, chosen[event.host], result_of(event)):
+            if isinstance(event, Finished):
+                for one in robot_stop.robot_stops(event.host, chosen[event.host], event.outcome):
                     yield view.line(one).plain
 
     def _start(self, chosen: Mapping[str, Sequence[str]], *, others: bool) -> Iterator[str]:
@@ -50,8 +50,8 @@ class Control:
             self._swarm, chosen, self._targets, self._transport, others=others, parallel=_PARALLEL
         )
         for event in events:
-            if isinstance(event, Finished | Skipped):
-                result = result_of(event)
+            if isinstance(event, Finished):
+                result = event.outcome
                 if isinstance(result, HostError):
                     yield f"{event.host}  {result.kind.value}: {result.message}"
                 else:

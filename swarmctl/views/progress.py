@@ -16,9 +16,7 @@ from swarmctl.remote.parallel_hosts import (
     Event,
     Finished,
     Note,
-    Skipped,
     Started,
-    result_of,
 )
 from swarmctl.remote.transport import HostError
 from swarmctl.views.escape import printable
@@ -37,10 +35,8 @@ def line(event: Shown) -> Text | None:
             return Text(f"{host}: connecting")
         case Note(host, text):
             return Text(f"{host}: {printable(text)}")
-        case Finished(host, _, seconds):
-            return Text.assemble(f"{host}: ", _ending(result_of(event)), f"  ({seconds:.1f} s)")
-        case Skipped(host):
-            return Text.assemble(f"{host}: ", verdict(result_of(event)))
+        case Finished(host, outcome, seconds):
+            return Text.assemble(f"{host}: ", _ending(outcome), f"  ({seconds:.1f} s)" if seconds else "")
     return None
 
 
@@ -97,7 +93,7 @@ class Board:
         shown = line(event)
         if shown is not None:
             self._lines[event.host] = shown[len(event.host) + 2 :]
-        if isinstance(event, Finished) and not isinstance(result_of(event), HostError):
+        if isinstance(event, Finished) and not isinstance(event.outcome, HostError):
             self._well.add(event.host)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:

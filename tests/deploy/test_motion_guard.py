@@ -282,11 +282,7 @@ def test_a_removal_leaves_the_units_of_robots_in_use(
     def removed(*names: str, **more: Any) -> dict[str, Any]:
         way = FolderTransport(run_by, {"epuck": AWAY})
         events = rollout.remove(names, TARGETS, way, dependents=dependents, parallel=4, **more)
-        return {
-            event.host: parallel_hosts.result_of(event)
-            for event in events
-            if isinstance(event, parallel_hosts.Finished)
-        }
+        return {event.host: event.outcome for event in events if isinstance(event, parallel_hosts.Finished)}
 
     with running(run_by["k3"].prefix, "k3", swarm="new", **IN_USE) as commands:
         refused = removed("leader")["leader"]

@@ -117,9 +117,7 @@ TARGETS = {"pi": Target("pi", "192.0.2.1", "robot")}
 def rolled(host: FakeHost, **secrets: str) -> Outcome:
     given = {name.replace("_", "-"): value for name, value in secrets.items()}
     events = deploy(wanted(), TARGETS, Way(host), secrets=given)
-    (outcome,) = (
-        parallel_hosts.result_of(event) for event in events if isinstance(event, parallel_hosts.Finished)
-    )
+    (outcome,) = (event.outcome for event in events if isinstance(event, parallel_hosts.Finished))
     assert isinstance(outcome, Outcome), outcome
     assert not any(value in json.dumps(outcome.plan.to_json()) for value in secrets.values())
     return outcome
@@ -146,7 +144,7 @@ def test_a_token_with_which_its_unit_ends_is_taken_back(
     first = host.readers()
     after_the_change(monkeypatch, lambda: fails(host, "new.epuck.pair.service"))
     events = deploy(wanted(), TARGETS, Way(host), secrets={"epuck-pin": "0042"})
-    error = parallel_hosts.result_of(list(events)[-1])
+    error = list(events)[-1].outcome
 
     assert isinstance(error, HostError)
     assert "new.epuck.pair.service does not keep running" in error.message

@@ -121,7 +121,7 @@ def run(
         if isinstance(event, parallel_hosts.Note):
             notes.append(f"{event.host}: {event.text}")
         elif isinstance(event, parallel_hosts.Finished):
-            results[event.host] = parallel_hosts.result_of(event)
+            results[event.host] = event.outcome
     return results, notes
 
 

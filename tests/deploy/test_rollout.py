@@ -82,11 +82,7 @@ def rollout(
 
 
 def deployed(events: Iterator[parallel_hosts.Event[Outcome]]) -> dict[str, Outcome | HostError]:
-    return {
-        event.host: parallel_hosts.result_of(event)
-        for event in events
-        if isinstance(event, parallel_hosts.Finished)
-    }
+    return {event.host: event.outcome for event in events if isinstance(event, parallel_hosts.Finished)}
 
 
 def changed(results: Mapping[str, Outcome | HostError]) -> dict[str, bool | Kind]:

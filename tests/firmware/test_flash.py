@@ -20,7 +20,7 @@ from swarmctl.lab.emulators.bootloader import PAGE
 from swarmctl.lab.emulators.serial_robot import Port
 from swarmctl.lab.emulators.uno import image
 from swarmctl.lab.emulators.uno_rover import SimulatedBoard
-from swarmctl.remote.parallel_hosts import Finished, result_of
+from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.sketch import FirmwareSettings, sketch
 from tests.onboard.agent.fakehost import FakeHost
@@ -55,7 +55,7 @@ def flashed(jobs: list[Job], hosts: Mapping[str, FakeHost]) -> dict[str, Flashed
     """What became of each robot's board."""
     targets = {job.host: Target(job.host, job.host, "robot") for job in jobs}
     events = list(flash(jobs, targets, Folders(hosts), parallel=4))
-    found = {event.host: result_of(event) for event in events if isinstance(event, Finished)}
+    found = {event.host: event.outcome for event in events if isinstance(event, Finished)}
     return {job.robot: outcome(job, found[job.host]) for job in jobs}
 
 

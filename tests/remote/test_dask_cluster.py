@@ -16,7 +16,7 @@ import pytest
 from swarmctl import __version__
 from swarmctl.remote import dask_cluster, parallel_hosts
 from swarmctl.remote.dask_cluster import Address, ClusterError, address_of
-from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Started
+from swarmctl.remote.parallel_hosts import Finished, Note, Started, not_started
 from swarmctl.remote.transport import HostError, Kind
 from tests import ROOT
 from tests.deploy.deploying import deploy
@@ -136,7 +136,7 @@ def test_ctrl_c_skips_hosts_and_again_ends_those_of_workers(address: Address) ->
     assert isinstance(ended, Finished)
     assert isinstance(ended.outcome, HostError)
     assert ended.outcome.kind is Kind.STOPPED
-    assert skipped == Skipped("a")
+    assert skipped == not_started("a")
 
 
 @needs_dask

@@ -11,7 +11,7 @@ import pytest
 
 from swarmctl.remote import host_commands
 from swarmctl.remote.host_commands import Ran
-from swarmctl.remote.parallel_hosts import Finished, Note, Skipped
+from swarmctl.remote.parallel_hosts import Finished, Note
 from swarmctl.remote.transport import Kind, Target
 from tests.ports import free_port
 from tests.remote import sshd as servers
@@ -22,7 +22,7 @@ from tests.timing import wait_for
 
 def run(transport: AnySsh, targets: Sequence[Target], command: str) -> dict[str, Ran]:
     events = host_commands.run(targets, command, transport, parallel=8)
-    results = [host_commands.ran(one) for one in events if isinstance(one, Finished | Skipped)]
+    results = [host_commands.ran(one) for one in events if isinstance(one, Finished)]
     return {one.host: one for one in results}
 
 

@@ -16,7 +16,6 @@ from swarmctl.remote import parallel_hosts
 from swarmctl.remote.parallel_hosts import (
     Finished,
     Note,
-    Skipped,
     Started,
     Stop,
 )
@@ -108,13 +107,6 @@ def test_a_dead_host_and_a_bug_cost_only_themselves() -> None:
     assert ended["quitter"].kind is Kind.BUG
 
 
-def test_a_skipped_host_is_an_error_of_the_host() -> None:
-    assert parallel_hosts.result_of(Finished("a", 7, 0.1)) == 7
-    skipped = parallel_hosts.result_of(Skipped("a"))
-    assert isinstance(skipped, HostError)
-    assert skipped.kind is Kind.STOPPED
-
-
 def test_the_traceback_of_a_bug_is_for_debugging(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -173,8 +165,9 @@ def test_the_first_stop_lets_running_hosts_finish_and_starts_no_more() -> None:
         parallel_hosts.run(targets("a", "b", "c"), work, transport=FakeTransport(), stop=stop, parallel=1)
     )
 
-    assert [event.outcome for event in events if isinstance(event, Finished)] == [b"done"]
-    assert [event.host for event in events if isinstance(event, Skipped)] == ["b", "c"]
+    first, *others = (event for event in events if isinstance(event, Finished))
+    assert first.outcome == b"done"
+    assert others == [parallel_hosts.not_started("b"), parallel_hosts.not_started("c")]
 
 
 def test_the_second_stop_cuts_the_running_hosts_off() -> None:

@@ -99,7 +99,7 @@ def hosts(tmp_path: Path, registered: None) -> Hosts:
     found = Hosts(expected_graph(swarm, releases), made)
     for event in deploy(wanted, _targets(made), found):
         if isinstance(event, parallel_hosts.Finished):
-            outcome = parallel_hosts.result_of(event)
+            outcome = event.outcome
             assert isinstance(outcome, Outcome), outcome
             assert outcome.plan.problem is None, outcome.plan.problem
     found.start_nodes()

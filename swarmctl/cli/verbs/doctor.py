@@ -74,15 +74,11 @@ def doctor(
 def _first_away(targets: Mapping[str, Target], ssh: Transport, *, silent: bool) -> str:
     """The first host of the spec that cannot be logged in to; empty if all can."""
     from swarmctl.remote import parallel_hosts
-    from swarmctl.remote.parallel_hosts import Finished, Skipped
+    from swarmctl.remote.parallel_hosts import Finished
     from swarmctl.remote.transport import HostError
 
     events = parallel_hosts.run(targets.values(), lambda *_: None, transport=ssh, parallel=options.PARALLEL)
-    away = {
-        one.host
-        for one in events
-        if isinstance(one, Finished | Skipped) and isinstance(parallel_hosts.result_of(one), HostError)
-    }
+    away = {one.host for one in events if isinstance(one, Finished) and isinstance(one.outcome, HostError)}
     if not silent:
         console.show(f"hosts: {len(targets) - len(away)} of {len(targets)} can be logged in to")
     return next((name for name in targets if name in away), "")

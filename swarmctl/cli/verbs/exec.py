@@ -47,7 +47,7 @@ def exec(  # noqa: A001  (the verb is called so)
     """
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.remote import host_commands
-    from swarmctl.remote.parallel_hosts import Finished, Note, Skipped
+    from swarmctl.remote.parallel_hosts import Finished, Note
     from swarmctl.views import command_output as view
 
     if follow and json:
@@ -70,7 +70,7 @@ def exec(  # noqa: A001  (the verb is called so)
             for event in events:
                 if isinstance(event, Note):
                     console.out().print(view.followed(event.host, event.text))
-                elif isinstance(event, Finished | Skipped):
+                elif isinstance(event, Finished):
                     found[event.host] = host_commands.ran(event)
                     progress.update(f"{len(found)} of {len(names)} hosts are done")
         except KeyboardInterrupt:

@@ -128,8 +128,7 @@ def _flash(jobs: Sequence[Job], targets: Mapping[str, Target], *, stop_robots: b
     """Write the boards and print the result of each; returns the exit code."""
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import flash as flashing
-    from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, interruptible
-    from swarmctl.remote.parallel_hosts import result_of as host_result
+    from swarmctl.remote.parallel_hosts import Finished, Note, interruptible
     from swarmctl.remote.transport import HostError
     from swarmctl.views import firmware as view
 
@@ -140,8 +139,8 @@ def _flash(jobs: Sequence[Job], targets: Mapping[str, Target], *, stop_robots: b
         ):
             if isinstance(event, Note):
                 console.err().print(f"  {event.host}: {event.text}")
-            elif isinstance(event, Finished | Skipped):
-                found[event.host] = host_result(event)
+            elif isinstance(event, Finished):
+                found[event.host] = event.outcome
     results = {job.robot: flashing.result_of(job, found[job.host]) for job in jobs}
     for job in jobs:
         console.out().print(view.verdict(job, results[job.robot]))

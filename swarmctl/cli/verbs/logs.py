@@ -149,14 +149,14 @@ def _read(question: Question, targets: list[Target], output: _Output, parallel: 
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.health.host_logs import host_logs
     from swarmctl.health.log_entries import Merge
-    from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+    from swarmctl.remote.parallel_hosts import Finished
     from swarmctl.remote.transport import HostError
 
     merge = Merge()
     for event in host_logs(question, targets, transport(), parallel=parallel):
-        if not isinstance(event, Finished | Skipped):
+        if not isinstance(event, Finished):
             continue
-        result = result_of(event)
+        result = event.outcome
         if isinstance(result, HostError):
             output.error(event.host, result)
             continue

@@ -20,19 +20,16 @@ def start(
     """Release robots that `swarmctl stop` has stopped; each stands until its next command."""
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import robot_stop
-    from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+    from swarmctl.remote.parallel_hosts import results_of
     from swarmctl.remote.transport import HostError
     from swarmctl.views.escape import printable
 
     reach = stop_targets.read(spec)
     chosen, without = stop_targets.by_host(reach, robots)
     targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
-    results = {}
-    for event in robot_stop.start(
-        reach.name, chosen, targets, transport(), others=not robots, parallel=parallel
-    ):
-        if isinstance(event, Finished | Skipped):
-            results[event.host] = result_of(event)
+    results = results_of(
+        robot_stop.start(reach.name, chosen, targets, transport(), others=not robots, parallel=parallel)
+    )
     errors = {host: one for host, one in results.items() if isinstance(one, HostError)}
     released = [name for one in results.values() if not isinstance(one, HostError) for name in one.released]
     if json:

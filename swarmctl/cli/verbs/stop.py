@@ -39,7 +39,7 @@ def stop(
     """
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import robot_stop
-    from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+    from swarmctl.remote.parallel_hosts import Finished
     from swarmctl.remote.transport import Kind
 
     reach = stop_targets.read(spec)
@@ -57,8 +57,8 @@ def stop(
     for event in events:
         from swarmctl.views import robot_stop as view  # while the connections are made
 
-        if isinstance(event, Finished | Skipped):
-            results = robot_stop.robot_stops(event.host, chosen[event.host], result_of(event))
+        if isinstance(event, Finished):
+            results = robot_stop.robot_stops(event.host, chosen[event.host], event.outcome)
             found += results
             for one in results if not json else ():
                 console.show(view.line(one))

@@ -46,7 +46,7 @@ def list_(
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.cli.topic_host import error_of
     from swarmctl.remote import host_commands
-    from swarmctl.remote.parallel_hosts import Finished, Skipped
+    from swarmctl.remote.parallel_hosts import Finished
     from swarmctl.render.middleware import middleware_of
     from swarmctl.render.topic_tool import listed
     from swarmctl.views import topics as view
@@ -63,7 +63,7 @@ def list_(
         for event in host_commands.run(
             [targets[hub] for hub in hubs], line, transport(become=False), parallel=options.PARALLEL
         ):
-            if isinstance(event, Finished | Skipped):
+            if isinstance(event, Finished):
                 ran = outcomes[event.host] = host_commands.ran(event)
                 if error := error_of(ran, swarm.name, middleware):
                     failed[event.host] = error
