@@ -30,7 +30,7 @@ from swarmctl.lab.hosts import network
 from swarmctl.lab.lab_plan import plan_of
 from swarmctl.remote.either_ssh import EitherSsh
 from swarmctl.remote.kept_connections import KeptConnections
-from swarmctl.remote.parallel_hosts import Finished, result_of
+from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target, Transport
 from swarmctl.render.build_bundle import bundles
@@ -156,7 +156,7 @@ def carry_out(chosen: Bundles, reach: Mapping[str, Target], transport: Transport
     """Deploys. Raises SystemExit if a host fails, or is changed where it should not be."""
     for event in deploy(chosen, reach, transport, parallel=len(reach), terms=AT_ONCE):
         if isinstance(event, Finished):
-            result = result_of(event)
+            result = event.outcome
             if not isinstance(result, Outcome) or result.changed is not changes:
                 raise SystemExit(f"{event.host}: {result}")
 

@@ -24,7 +24,7 @@ from swarmctl.deploy.outcome import Outcome
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import image, network
 from swarmctl.lab.lab_plan import plan_of
-from swarmctl.remote.parallel_hosts import Finished, result_of
+from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target
 from swarmctl.render.build_bundle import bundles
@@ -107,8 +107,8 @@ def booted(swarm: Swarm) -> Iterator[str]:
 
 def put(swarm: Swarm, targets: dict[str, Target]) -> None:
     for event in deploy(bundles(swarm), targets, SshTransport(), parallel=1):
-        if isinstance(event, Finished) and not isinstance(result_of(event), Outcome):
-            raise SystemExit(f"the deploy failed: {result_of(event)}")
+        if isinstance(event, Finished) and not isinstance(event.outcome, Outcome):
+            raise SystemExit(f"the deploy failed: {event.outcome}")
 
 
 def shell(name: str, host: str, command: str) -> subprocess.Popen[str]:

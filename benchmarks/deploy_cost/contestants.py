@@ -99,7 +99,7 @@ def swarmctl(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
     """Observes, applies and confirms a bundle of the files; imports what the verb imports."""
     import swarmctl.linter.runner  # noqa: F401
     from swarmctl.deploy.host_transaction import Terms
-    from swarmctl.remote.parallel_hosts import Finished, result_of
+    from swarmctl.remote.parallel_hosts import Finished
     from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.transport import HostError, Target
     from swarmctl.render.bundle import Bundle, File, Unit
@@ -121,7 +121,7 @@ def swarmctl(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
     }
     terms = Terms(healthy_for=0.0, healthy_within=5.0)  # how long a unit is watched is no cost of the tool
     for event in deploy(bundles, targets, SshTransport(), parallel=len(hosts), terms=terms):
-        if isinstance(event, Finished) and isinstance(result := result_of(event), HostError):
+        if isinstance(event, Finished) and isinstance(result := event.outcome, HostError):
             raise SystemExit(f"{event.host}: {result}")
 
 

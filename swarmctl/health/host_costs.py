@@ -11,8 +11,8 @@ from swarm_onboard.agent.verbs import costs
 from swarmctl.health.unit_costs import UnitCost, between
 from swarmctl.remote import agent_client
 from swarmctl.remote.ask import ask
-from swarmctl.remote.parallel_hosts import WAKES, bugs_as_errors
-from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
+from swarmctl.remote.parallel_hosts import WAKES, stream
+from swarmctl.remote.transport import AgentSession, HostError, Session, Target, Transport
 
 _AGAIN = 1.0  # s until a host that failed is connected to again
 _PATIENCE = 10.0  # s for an answer
@@ -22,12 +22,11 @@ class HostCosts:
     """What the units of each host took over the last ``every`` s; read until the process ends."""
 
     def __init__(self, swarm: str, targets: Sequence[Target], transport: Transport, every: float) -> None:
-        self._swarm, self._transport, self._every = swarm, transport, every
+        self._swarm, self._every = swarm, every
         self._hosts = [target.host for target in targets]
         self._latest: dict[str, list[UnitCost] | HostError] = {}
         self._all = threading.Event()
-        for target in targets:
-            threading.Thread(target=self._read, args=(target,), daemon=True).start()
+        stream(targets, self._read, self._failed, transport=transport)
 
     def wait_for_all(self) -> None:
         """Returns once every host has answered, or has an error."""
@@ -38,23 +37,18 @@ class HostCosts:
         """The last answer or error of each host that has one, in the order of the targets."""
         return {host: self._latest[host] for host in self._hosts if host in self._latest}
 
-    def _read(self, target: Target) -> None:
-        while True:
-            try:
-                with (
-                    bugs_as_errors(target.host),
-                    self._transport.connect(target) as session,
-                    agent_client.agent_session(session, verbs=("costs",)) as agent,
-                ):
-                    before = self._answer(agent)
-                    while True:
-                        time.sleep(self._every)
-                        after = self._answer(agent)
-                        self._take(target.host, between(target.host, self._swarm, before, after))
-                        before = after
-            except HostError as error:
-                self._take(target.host, error)
-            time.sleep(_AGAIN)
+    def _read(self, session: Session, target: Target) -> None:
+        with agent_client.agent_session(session, verbs=("costs",)) as agent:
+            before = self._answer(agent)
+            while True:
+                time.sleep(self._every)
+                after = self._answer(agent)
+                self._take(target.host, between(target.host, self._swarm, before, after))
+                before = after
+
+    def _failed(self, host: str, error: HostError) -> float:
+        self._take(host, error)
+        return _AGAIN
 
     def _answer(self, agent: AgentSession) -> costs.Answer:
         return ask(agent, costs.handle, costs.Request(self._swarm), timeout=_PATIENCE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +13,7 @@ from swarmctl.health.log_entries import Entry, entry_of
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.answer_check import of_note
 from swarmctl.remote.ask import ask
-from swarmctl.remote.parallel_hosts import Event, bugs_as_errors
+from swarmctl.remote.parallel_hosts import Event
 from swarmctl.remote.transport import AgentSession, HostError, Session, Target, Transport
 
 VERBS = ("logs",)
@@ -59,6 +58,7 @@ class HostReader:
     _cursor: str = ""
     _begun: float = 0.0  # by the clock of the host, once the last entries were read
     _offset: float = field(default=0.0, init=False)
+    _failures: int = field(default=0, init=False)  # in a row
 
     def last(self, agent: AgentSession) -> HostLog:
         """The last entries. Raises ``HostError``."""
@@ -70,47 +70,29 @@ class HostReader:
         return self._log(answer)
 
     def follow(self, agent: AgentSession, show: Callable[[HostLog], None]) -> None:
-        """Shows what comes after what was read, for ``ROUND``. Raises ``HostError``."""
+        """Shows the last entries and all that come, until ``HostError``.
+
+        What is shown first over another connection after a lost one may have no entries.
+        """
 
         def take(note: str) -> None:
             answer = of_note(note, logs.Answer, "a note of `logs`")
             show(self._log(answer))
             self._cursor = answer.cursor
 
-        self._measure(agent)
-        request = self.question.request(self.host)
-        request = request._replace(after=self._cursor, since=self._begun, follow=ROUND)
-        ask(agent, logs.handle, request, on_note=take, timeout=ROUND + _LATE)
-
-    def follow_for_ever(
-        self,
-        connected: Callable[[Callable[[AgentSession], None]], None],
-        show: Callable[[HostLog | HostError], None],
-        sleep: Callable[[float], object],
-    ) -> None:
-        """Shows the last entries and all that come; returns after an error that stays.
-
-        ``connected`` calls its argument with an agent of the host, or raises ``HostError``. After a lost link
-        it is called again, and what is shown first then may have no entries.
-        """
-        failures = 0
-
-        def work(agent: AgentSession) -> None:
-            nonlocal failures
-            show(HostLog([], self._offset, cut=False) if self._begun else self.last(agent))
-            while True:
-                self.follow(agent, show)
-                failures = 0
-
+        show(HostLog([], self._offset, cut=False) if self._begun else self.last(agent))
         while True:
-            try:
-                connected(work)
-            except HostError as error:
-                show(error)
-                if not error.retryable:
-                    return
-            sleep(PAUSES[min(failures, len(PAUSES) - 1)])
-            failures += 1
+            self._measure(agent)
+            request = self.question.request(self.host)
+            request = request._replace(after=self._cursor, since=self._begun, follow=ROUND)
+            ask(agent, logs.handle, request, on_note=take, timeout=ROUND + _LATE)
+            self._failures = 0
+
+    def failed(self, error: HostError) -> float | None:
+        """Returns the s until the next connection after an error; None after one that stays."""
+        pause = PAUSES[min(self._failures, len(PAUSES) - 1)]
+        self._failures += 1
+        return pause if error.retryable else None
 
     def _measure(self, agent: AgentSession) -> None:
         request = self.question.request(self.host)
@@ -142,18 +124,15 @@ def followed(
     """A queue of what hosts log, and of their errors; one connection a host, until the process ends."""
     waiting: Queue[tuple[str, HostLog | HostError]] = Queue(_MOST_WAITING)
 
-    def work(target: Target) -> None:
-        def connected(use: Callable[[AgentSession], None]) -> None:
-            with (
-                bugs_as_errors(target.host),
-                transport.connect(target) as session,
-                agent_client.agent_session(session, verbs=VERBS) as agent,
-            ):
-                use(agent)
+    readers = {target.host: HostReader(question, target.host) for target in targets}
 
-        reader = HostReader(question, target.host)
-        reader.follow_for_ever(connected, lambda found: waiting.put((target.host, found)), time.sleep)
+    def talk(session: Session, target: Target) -> None:
+        with agent_client.agent_session(session, verbs=VERBS) as agent:
+            readers[target.host].follow(agent, lambda found: waiting.put((target.host, found)))
 
-    for target in targets:
-        threading.Thread(target=work, args=(target,), daemon=True).start()
+    def failed(host: str, error: HostError) -> float | None:
+        waiting.put((host, error))
+        return readers[host].failed(error)
+
+    parallel_hosts.stream(targets, talk, failed, transport=transport)
     return waiting

@@ -15,29 +15,9 @@ from swarmctl.render.manifest import FileData, ManifestData
 if TYPE_CHECKING:
     from swarm_onboard.agent.deployed import Transaction
     from swarm_onboard.agent.host_list import HostListState
-    from swarm_onboard.agent.systemd import UnitState as UnitData
+    from swarm_onboard.agent.systemd import UnitState
     from swarm_onboard.agent.verbs import observe
     from swarm_onboard.agent.verbs.observe import Facts
-
-
-@dataclass(frozen=True)
-class UnitState:
-    """A systemd unit as ``systemctl show`` reports it.
-
-    ``skipped``: a condition of the unit is not met; ``unmet``: those that are not met now.
-    """
-
-    active: str
-    sub: str = ""
-    pid: int = 0
-    restarts: int = 0
-    skipped: bool = False
-    unmet: tuple[str, ...] = ()
-
-    @property
-    def runs(self) -> bool:
-        """True if systemd reports the unit as active, starting or reloading."""
-        return self.active in ("active", "activating", "reloading")
 
 
 @dataclass(frozen=True)
@@ -127,7 +107,7 @@ def from_answer(answer: observe.Answer, bundle: Bundle, *, received: float) -> O
         drift=answer.drift.files,
         links=answer.drift.links,
         blocks=answer.drift.blocks,
-        units={name: _unit(state) for name, state in answer.units.items()},
+        units=answer.units,
         contents=answer.files,
         transaction=answer.transaction,
         secrets=answer.secrets,
@@ -140,15 +120,4 @@ def from_answer(answer: observe.Answer, bundle: Bundle, *, received: float) -> O
         foreign_units=tuple(answer.foreign_units),
         host_list=answer.host_list,
         unknown_keys=tuple(answer.wireguard_keys),
-    )
-
-
-def _unit(state: UnitData) -> UnitState:
-    return UnitState(
-        active=state.active,
-        sub=state.sub,
-        pid=state.pid,
-        restarts=state.restarts,
-        skipped=state.skipped,
-        unmet=tuple(state.unmet),
     )

@@ -170,13 +170,13 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
             yield Step(Kind.RESTART, name, f"the secret {secrets[0]} changes")
         elif before[name] != unit["digest"]:
             cause = _changed_needs(unit["needs"], bundle, observed)
-            if fixed.get(name, "") == unit.get("fixed") and state is not None and state.runs and not damaged:
+            if fixed.get(name, "") == unit.get("fixed") and state is not None and state.up and not damaged:
                 yield Step(Kind.RELOAD_UNIT, name, f"{cause}, and it takes that while it runs")
             else:
                 yield Step(Kind.RESTART, name, cause)
         elif damaged:
             yield Step(Kind.RESTART, name, f"{damaged[0]} {_DRIFT[observed.drift[damaged[0]]]}")
-        elif state is not None and not state.runs and not state.skipped:
+        elif state is not None and not state.up and not state.skipped:
             yield Step(Kind.START, name, f"is {state.active}")
         elif name in complete and state is not None and state.skipped:
             yield Step(Kind.START, name, "the host now has its ROS packages")

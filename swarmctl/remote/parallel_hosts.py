@@ -168,6 +168,37 @@ def run(
     return each(targets, connected, parallel=parallel, stop=stop)
 
 
+def stream(
+    targets: Iterable[Target],
+    talk: Callable[[Session, Target], None],
+    failed: Callable[[str, HostError], float | None],
+    *,
+    transport: Transport,
+    stop: Stop | None = None,
+) -> None:
+    """Runs ``talk`` on every target, each in a thread of its own, and again over another connection after an
+    error, until the process ends or ``stop`` is requested.
+
+    ``failed`` takes the error of a host, and returns the s until its next connection; None if there is none.
+    """
+    ended = stop or Stop()
+
+    def connected(target: Target) -> float | None:
+        try:
+            with bugs_as_errors(target.host), transport.connect(target) as session, ended.guarding(session):
+                talk(session, target)
+        except HostError as error:
+            return failed(target.host, error)
+        return 0.0
+
+    def keep(target: Target) -> None:
+        while not ended.requested and (pause := connected(target)) is not None:
+            time.sleep(pause)
+
+    for target in targets:
+        threading.Thread(target=keep, args=(target,), daemon=True).start()
+
+
 def each(
     targets: Iterable[Target],
     work: Callable[[Target, Callable[[str], None]], R],

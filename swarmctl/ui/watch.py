@@ -24,7 +24,7 @@ from swarmctl.health.probe_request import request
 from swarmctl.remote import agent_client
 from swarmctl.remote.answer_check import of_note
 from swarmctl.remote.ask import ask
-from swarmctl.remote.parallel_hosts import Stop, bugs_as_errors
+from swarmctl.remote.parallel_hosts import Stop, bugs_as_errors, stream
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
 WINDOW = 0.5  # s of listening to a topic, unless it is slow
@@ -69,8 +69,20 @@ class Watch:
         """Begins to watch."""
         self._stop = Stop()
         self._last, self._began = {}, time.monotonic()
-        for host in self._hosts:
-            threading.Thread(target=self._watch, args=(host, self._stop), daemon=True).start()
+        targets, stop = [host.target for host in self._hosts], self._stop
+        hosts = {host.name: host for host in self._hosts}
+
+        def failed(host: str, error: HostError) -> float:
+            self._take(hosts[host], error, stop)
+            return _AGAIN
+
+        stream(
+            targets,
+            lambda session, target: self._look(hosts[target.host], session, stop),
+            failed,
+            transport=self._transport,
+            stop=stop,
+        )
 
     def stop(self) -> None:
         """Closes the connections and ends the threads."""
@@ -114,25 +126,11 @@ class Watch:
         with agent_client.agent_session(session, verbs=VERBS) as agent:
             return HostReader(question, host).last(agent).entries
 
-    def _watch(self, host: _Watched, stop: Stop) -> None:
-        while not stop.requested:
-            try:
-                with bugs_as_errors(host.name):
-                    self._connected(host, stop)
-            except HostError as error:
-                self._take(host, error, stop)
-            time.sleep(_AGAIN)
-
-    def _connected(self, host: _Watched, stop: Stop) -> None:
+    def _look(self, host: _Watched, session: Session, stop: Stop) -> None:
         """Looks over one connection until it ends. Raises ``HostError``."""
-        host.reported, host.bug = None, None
-        with (
-            self._transport.connect(host.target) as session,
-            stop.guarding(session),
-            agent_client.agent_session(session, verbs=("probe",), module=host.probe) as agent,
-        ):
-            host.session = session
-            try:
+        host.reported, host.bug, host.session = None, None, session
+        try:
+            with agent_client.agent_session(session, verbs=("probe",), module=host.probe) as agent:
                 if host.robots:
                     threading.Thread(target=self._follow, args=(host, session, stop), daemon=True).start()
                 while not stop.requested:
@@ -142,9 +140,9 @@ class Watch:
                         raise host.bug
                     self._take(host, answer, stop)
                     host.news.wait(_PAUSE)
-            finally:
-                if host.session is session:  # another page may have opened since
-                    host.session = None
+        finally:
+            if host.session is session:  # another page may have opened since
+                host.session = None
 
     def _take(self, host: _Watched, outcome: Answer | HostError, stop: Stop) -> None:
         if not stop.requested:

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from typing import Any
 
 import pytest
 
 from swarmctl.health import host_logs
 from swarmctl.health.host_logs import HostLog, HostReader, Question
-from swarmctl.remote.transport import AgentSession, HostError, Kind, Target
+from swarmctl.remote.transport import HostError, Kind, Target
 from tests.timing import PATIENCE
 
 NOW, AHEAD = 1_000_000.0, 3600.0  # s
 QUESTION = Question("s", {"pi": ["k3"]}, 200, NOW - 10)
 LOST = HostError(Kind.LOST, "lost")
-
-
-class EnoughError(Exception):
-    """Ends what has no end."""
 
 
 class Host:
@@ -83,16 +78,16 @@ def followed(host: Host, pauses: int) -> tuple[list[HostLog | HostError], list[f
     shown: list[HostLog | HostError] = []
     slept: list[float] = []
 
-    def connected(use: Callable[[AgentSession], None]) -> None:
-        use(host)
+    reader = HostReader(QUESTION, "pi")
 
-    def sleep(seconds: float) -> None:
+    def pause() -> float | None:
+        with pytest.raises(HostError) as error:
+            reader.follow(host, shown.append)
+        shown.append(error.value)
+        return reader.failed(error.value)
+
+    while len(slept) < pauses and (seconds := pause()) is not None:
         slept.append(seconds)
-        if len(slept) == pauses:
-            raise EnoughError
-
-    with suppress(EnoughError):
-        HostReader(QUESTION, "pi").follow_for_ever(connected, shown.append, sleep)
     return shown, slept
 
 

@@ -8,13 +8,14 @@ from dataclasses import replace
 import pytest
 from swarm_onboard.agent.deployed import Transaction
 
-from swarmctl.plan.observed_host import Observed, UnitState
+from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.bundle import Bundle, File
+from tests.onboard.agent import fakehost
 from tests.onboard.agent.fakehost import bundle
 
 OLD = bundle("1")
-RUNS = {unit.name: UnitState("active") for unit in OLD.units}
+RUNS = dict.fromkeys((unit.name for unit in OLD.units), fakehost.RUNS)
 SEEN = Observed(OLD.digest, OLD.manifest, units=RUNS)
 LOGIN = replace(OLD, files=(*OLD.files, File("setup.bash", b"export A=1\n")))
 OPEN = Transaction("a" * 16, "pending", "x", None, None, 5.0, "")
@@ -48,7 +49,7 @@ def test_a_change_is_of_files_alone_if_nothing_uses_them(following: Bundle, is_i
 @pytest.mark.parametrize(
     "worse",
     [
-        lambda seen: replace(seen, units={**RUNS, "koala.service": UnitState("failed")}),
+        lambda seen: replace(seen, units={**RUNS, "koala.service": fakehost.RUNS._replace(active="failed")}),
         lambda seen: replace(seen, drift={"params/koala.yaml": "changed"}),
         lambda seen: replace(seen, drift={"hosts": "missing"}),
         lambda seen: replace(seen, links={"/etc/udev/rules.d/90-swarm-new.rules": "missing"}),

@@ -9,19 +9,19 @@ import pytest
 from swarm_onboard.agent.deployed import Transaction
 from swarm_onboard.agent.verbs.observe import Facts
 
-from swarmctl.plan.observed_host import NOTHING, Observed, UnitState
+from swarmctl.plan.observed_host import NOTHING, Observed
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File, Unit, package, workspace
 from tests import ROOT
 from tests.loading import load_swarm
+from tests.onboard.agent.fakehost import RUNS
 
 FIT = Facts(
     "pi", "armv7l", "3.8.10", True, 0, "b", 0.0, 1, 1,
     {"roscore": None, "rospy": "/x", "pyserial": "/y"}, [], "", None, None,
 )  # fmt: skip
-RUNS = UnitState("active", "running", 42)
 
 
 def bundle(**contents: str) -> Bundle:
@@ -224,7 +224,7 @@ def test_what_points_into_the_release_is_put_right(change: dict[str, object], ex
 
 @pytest.mark.parametrize("state", ["failed", "inactive", "deactivating"])
 def test_a_unit_that_does_not_run_is_started(state: str) -> None:
-    units = {"a.service": UnitState(state), "b.service": RUNS, "s.target": RUNS}
+    units = {"a.service": RUNS._replace(active=state), "b.service": RUNS, "s.target": RUNS}
     assert lines(reconcile(bundle(), running(bundle(), units=units))) == [f"start a.service: is {state}"]
 
 
@@ -238,7 +238,7 @@ def test_a_unit_that_does_not_run_is_started(state: str) -> None:
     ],
 )
 def test_a_condition_that_is_not_met_is_a_note(place: str, note: str) -> None:
-    skipped = UnitState("inactive", skipped=True, unmet=(f"Condition{place}",))
+    skipped = RUNS._replace(active="inactive", skipped=True, unmet=(f"Condition{place}",))
     units = {"a.service": skipped, "b.service": RUNS, "s.target": RUNS}
     plan = reconcile(bundle(), running(bundle(), units=units))
     assert plan.steps == ()
@@ -247,7 +247,7 @@ def test_a_condition_that_is_not_met_is_a_note(place: str, note: str) -> None:
 
 
 def test_a_unit_whose_conditions_are_met_now_is_started() -> None:
-    units = {"a.service": UnitState("inactive", skipped=True), "b.service": RUNS, "s.target": RUNS}
+    units = {"a.service": RUNS._replace(active="inactive", skipped=True), "b.service": RUNS, "s.target": RUNS}
     plan = reconcile(bundle(), running(bundle(), units=units))
     assert lines(plan) == ["start a.service: its conditions are met now"]
     assert plan.notes == ()
@@ -400,7 +400,9 @@ def with_optional_program() -> Bundle:
 
 def test_an_optional_program_without_its_package_is_a_note() -> None:
     wanted, has = with_optional_program(), {package("tf"): "/usr/share/tf", package("gmapping"): None}
-    skipped = running(wanted).units | {"map.service": UnitState("inactive", "dead", skipped=True)}
+    skipped = running(wanted).units | {
+        "map.service": RUNS._replace(active="inactive", sub="dead", skipped=True)
+    }
     plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT._replace(has=has)))
     assert plan.problem is None
     assert plan.steps == ()
@@ -413,7 +415,9 @@ def test_an_optional_program_without_its_package_is_a_note() -> None:
 def test_an_optional_program_starts_once_its_packages_exist() -> None:
     wanted = with_optional_program()
     has = dict.fromkeys((package("tf"), package("gmapping")), "/usr/share")
-    skipped = running(wanted).units | {"map.service": UnitState("inactive", "dead", skipped=True)}
+    skipped = running(wanted).units | {
+        "map.service": RUNS._replace(active="inactive", sub="dead", skipped=True)
+    }
     plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT._replace(has=has)))
     assert lines(plan) == ["start map.service: the host now has its ROS packages"]
     assert plan.notes == ()

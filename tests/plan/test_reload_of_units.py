@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 
 from swarmctl.plan.dependent_robots import stops_of
-from swarmctl.plan.observed_host import UnitState
 from swarmctl.plan.plan import Kind, Plan
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.bundle import Bundle
 from swarmctl.views.plan import summary
+from tests.onboard.agent.fakehost import RUNS
 from tests.plan.test_reconcile import bundle, lines, running
 
-FAILED = UnitState("failed")
+FAILED = RUNS._replace(active="failed")
 
 
 def with_live_value(fixed: str = "f1", **contents: str) -> Bundle:

@@ -12,11 +12,12 @@ from swarmctl.cli import exit_codes, next_command
 from swarmctl.cli.app import run
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.plan import preflight
-from swarmctl.plan.observed_host import NOTHING, Observed, UnitState
+from swarmctl.plan.observed_host import NOTHING, Observed
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.bundle import Bundle
 from swarmctl.spec import keystore
+from tests.onboard.agent.fakehost import RUNS
 from tests.sros2 import bundles_in, write_fake_keystore, write_spec
 
 UNSIGNED = {
@@ -90,7 +91,7 @@ def test_a_driver_without_its_key_makes_its_host_unfit(folder: Path) -> None:
 @pytest.mark.parametrize(("key", "restarted"), [("sros2-robots-k3", "k3"), ("sros2-hosts-k3-pi", "enclaves")])
 def test_another_key_restarts_what_has_it(key: str, restarted: str, folder: Path) -> None:
     bundle = bundles_in(folder)["k3-pi"]
-    units = {unit.name: UnitState("active", "running", 42) for unit in bundle.units}
+    units = dict.fromkeys((unit.name for unit in bundle.units), RUNS)
     observed = Observed(bundle.digest, bundle.manifest, units=units, secrets={key: "other"})
     steps = [(step.kind, step.target) for step in reconcile(bundle, observed).steps]
     assert steps == [(Kind.SECRET, key), (Kind.RESTART, f"swarm-newswarm.{restarted}.service")]

@@ -63,6 +63,11 @@ class UnitState(NamedTuple):
         """Returns True if systemd reports the unit as active or reloading."""
         return self.active in ("active", "reloading")
 
+    @property
+    def up(self) -> bool:
+        """Returns True if it runs, or is starting."""
+        return self.runs or self.active == "activating"
+
 
 def present(home: Home) -> bool:
     """Returns True if the host runs systemd."""
