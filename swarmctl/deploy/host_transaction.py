@@ -13,13 +13,14 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from swarm_onboard.agent.record import REMOVING
+from swarm_onboard.agent.steps import TAKEN, Kind
 from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.transaction import Applied
 from swarm_onboard.agent.verbs import apply, confirm, hold, undo
 
 from swarmctl.deploy.observe_host import offer
 from swarmctl.plan.observed_host import Observed
-from swarmctl.plan.plan import HostPlan, Kind
+from swarmctl.plan.plan import HostPlan
 from swarmctl.remote import agent_client, operators
 from swarmctl.remote.ask import ask
 from swarmctl.remote.parallel_hosts import Stop
@@ -186,11 +187,7 @@ class HostTransaction:
             txid,
             plan.previous,
             plan.next,
-            stop=plan.targets(Kind.STOP),
-            start=plan.targets(Kind.START),
-            restart=plan.targets(Kind.RESTART),
-            reload=plan.targets(Kind.RELOAD),
-            reload_units=plan.targets(Kind.RELOAD_UNIT),
+            steps=[step for step in plan.steps if step.kind in TAKEN],
             confirm_within=0.0 if plan.files_only else self.terms.confirm_within,
             secrets=len(values),
             files_only=plan.files_only,

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from swarm_onboard.agent.kept_state import State
+from swarm_onboard.agent.steps import Step
 from swarm_onboard.agent.verbs import history, rollback
-from swarm_onboard.agent.way_back import UnitsBack
 
 from swarmctl.deploy.deployment import Deployment, ObservedHost, OnProgress
 from swarmctl.deploy.host_transaction import HostTransaction
 from swarmctl.plan.busy_robots import not_busy
-from swarmctl.plan.history import NoWayBackError, after, back_steps, before_last, of_release, runs, state_of
+from swarmctl.plan.history import NoWayBackError, after, before_last, of_release, runs, state_of
 from swarmctl.plan.plan import HostPlan, Problem
 from swarmctl.plan.preflight import UNFIT
 from swarmctl.remote import agent_client, operators
@@ -63,26 +63,25 @@ class Rollback(Deployment):
             problem = _missing(self._histories[host], wanted)
             self._surveyed[host] = replace(one, plan=HostPlan(host, now, wanted.release, problem=problem))
         possible = [host for host in self._chosen if not self._surveyed[host].plan.problem]
-        for event in self._each(possible, self._units_back):
+        for event in self._each(possible, self._steps_back):
             if isinstance(event, Finished):
                 self._complete(event.host, event.outcome)
 
-    def _units_back(self, target: Target, on_progress: OnProgress) -> UnitsBack:
+    def _steps_back(self, target: Target, on_progress: OnProgress) -> list[Step]:
         with self._connections.agent_session(target) as host:
             request = history.Request(self._swarm, self._chosen[target.host])
-            units = ask(host, history.handle, request).units
-        if units is None:
-            raise HostError(ErrorKind.PROTOCOL, "its history has no units on the way back")
-        return units
+            steps = ask(host, history.handle, request).steps
+        if steps is None:
+            raise HostError(ErrorKind.PROTOCOL, "its history has no steps on the way back")
+        return steps
 
-    def _complete(self, host: str, units: UnitsBack | HostError) -> None:
+    def _complete(self, host: str, steps: list[Step] | HostError) -> None:
         one = self._surveyed[host]
-        if isinstance(units, HostError):
-            problem = Problem(units.kind.value, units.message, units.hint)
+        if isinstance(steps, HostError):
+            problem = Problem(steps.kind.value, steps.message, steps.hint)
             plan = replace(one.plan, problem=problem)
         else:
-            steps = back_steps(one.plan.previous, one.plan.next, units)
-            plan = not_busy(replace(one.plan, steps=steps), self._bundles[host], one.observed)
+            plan = not_busy(replace(one.plan, steps=tuple(steps)), self._bundles[host], one.observed)
         self._surveyed[host] = replace(one, plan=plan)
 
     def _states(self) -> Mapping[str, State]:

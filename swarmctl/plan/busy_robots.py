@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from swarm_onboard.agent.motion_gate import hint
+from swarm_onboard.agent.steps import Kind
 
 from swarmctl.plan.observed_host import Observed
-from swarmctl.plan.plan import HostPlan, Kind, Problem
+from swarmctl.plan.plan import HostPlan, Problem
 from swarmctl.render.bundle import Bundle
 
 BUSY = "busy"

@@ -10,9 +10,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass
 
 from swarm_onboard.agent.motion_gate import RobotUse, hint
+from swarm_onboard.agent.steps import Kind
 
 from swarmctl.plan.busy_robots import BUSY
-from swarmctl.plan.plan import HostPlan, Kind, Problem
+from swarmctl.plan.plan import HostPlan, Problem
 from swarmctl.render.multimaster import provider_of
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Commander, Robot, Swarm, carrier, island_by_host

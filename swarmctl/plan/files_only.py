@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from swarm_onboard.agent.steps import Kind, Step
+
 from swarmctl.plan.observed_host import Observed
-from swarmctl.plan.plan import Kind, Step
 from swarmctl.render.bundle import Bundle
 
 _OF_FILES = (Kind.CREATE, Kind.UPDATE, Kind.DELETE)

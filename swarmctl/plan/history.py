@@ -16,9 +16,7 @@ from typing import Any
 from swarm_onboard.agent.audit import ChangeEntry
 from swarm_onboard.agent.kept_state import State
 from swarm_onboard.agent.verbs import history
-from swarm_onboard.agent.way_back import UnitsBack
 
-from swarmctl.plan.plan import Kind, Step
 from swarmctl.yamltext import hostlist
 
 APPLIED = "applied"
@@ -155,17 +153,3 @@ def _complete(states: Mapping[str, State | None], without: str) -> Mapping[str, 
     if first := sorted(host for host, state in states.items() if state is None):
         raise NoWayBackError(f"{without} {hostlist.written(first)}")
     return {host: state for host, state in states.items() if state is not None}
-
-
-def back_steps(current: str | None, wanted: str, units: UnitsBack) -> tuple[Step, ...]:
-    """Returns the steps from the current release to another that the host has kept."""
-    same = wanted == current
-    cause = "with the secrets that it had before" if same else f"replaces {current}"
-    why = "secrets that it reads change" if same else "its files or secrets differ"
-    return (
-        *(Step(Kind.STOP, unit, f"not part of {wanted}") for unit in units.stop),
-        Step(Kind.ACTIVATE, wanted, cause),
-        *(Step(Kind.RELOAD_UNIT, unit, "takes its file while it runs") for unit in units.reload),
-        *(Step(Kind.RESTART, unit, why) for unit in units.restart),
-        *(Step(Kind.START, unit, f"part of {wanted}") for unit in units.start),
-    )

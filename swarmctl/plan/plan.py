@@ -5,38 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from enum import Enum
 from typing import Any
 
+from swarm_onboard.agent import steps
+from swarm_onboard.agent.steps import Step
+
 from swarmctl.analysis.impact import Impact
-
-
-class Kind(str, Enum):
-    """What a step does, in execution order."""
-
-    SECRET = "secret"
-    KEY = "key"
-    CREATE = "create"
-    UPDATE = "update"
-    DELETE = "delete"
-    STOP = "stop"
-    ACTIVATE = "activate"
-    LINK = "link"
-    UNLINK = "unlink"
-    BLOCK = "write-block"
-    RELOAD = "reload"
-    RELOAD_UNIT = "reload-unit"
-    RESTART = "restart"
-    START = "start"
-
-
-@dataclass(frozen=True)
-class Step:
-    """One action on a target (a file, a unit, a link), with its cause."""
-
-    kind: Kind
-    target: str
-    cause: str
 
 
 @dataclass(frozen=True)
@@ -66,9 +40,9 @@ class HostPlan:
     last: str = ""
     files_only: bool = False
 
-    def targets(self, *kinds: Kind) -> tuple[str, ...]:
+    def targets(self, *kinds: str) -> tuple[str, ...]:
         """Returns the targets of the steps of these kinds."""
-        return tuple(step.target for step in self.steps if step.kind in kinds)
+        return tuple(steps.targets(self.steps, *kinds))
 
     def to_json(self) -> dict[str, Any]:
         """Returns the host's entry in ``plan --json``."""
@@ -76,7 +50,7 @@ class HostPlan:
             "host": self.host,
             "previous": self.previous,
             "next": self.next,
-            "steps": [asdict(step) | {"kind": step.kind.value} for step in self.steps],
+            "steps": [step._asdict() for step in self.steps],
             "diffs": dict(self.diffs),
             "notes": list(self.notes),
             "problem": asdict(self.problem) if self.problem else None,
@@ -102,7 +76,7 @@ class Plan:
         return tuple(host for host in self.hosts if host.problem)
 
     @property
-    def counts(self) -> Mapping[Kind, int]:
+    def counts(self) -> Mapping[str, int]:
         """The number of steps of each kind, on hosts without a problem."""
         return Counter(step.kind for host in self.hosts if not host.problem for step in host.steps)
 

@@ -9,13 +9,14 @@ import difflib
 from collections.abc import Iterable, Iterator, Sequence
 
 from swarm_onboard.agent.paths import READERS
+from swarm_onboard.agent.steps import Kind, Step
 
 from swarmctl.health import unit_conditions
 from swarmctl.plan import host_edits, preflight
 from swarmctl.plan.files_only import files_only
 from swarmctl.plan.host_tools import install_hints
 from swarmctl.plan.observed_host import Observed
-from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
+from swarmctl.plan.plan import HostPlan, Problem
 from swarmctl.render.bundle import Bundle, File, in_words, package
 from swarmctl.render.elf import machines_of
 
@@ -44,12 +45,12 @@ def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> Host
     files = list(_file_steps(bundle, observed))
     system = list(_link_steps(bundle, observed)) + list(_block_steps(bundle, observed))
     units = list(_unit_steps(bundle, observed))
-    steps = [*secrets, *keys, *files, *(step for step in units if step.kind is Kind.STOP)]
+    steps = [*secrets, *keys, *files, *(step for step in units if step.kind == Kind.STOP)]
     never_part = observed.digest is None and not bundle.files
     if files or (observed.digest != bundle.digest and not never_part) or observed.unfinished:
         steps.append(_activation(bundle, observed))
     steps += [*system, *_reload_steps(bundle, observed, files, system)]
-    steps += [step for step in units if step.kind is not Kind.STOP]
+    steps += [step for step in units if step.kind != Kind.STOP]
     return HostPlan(
         host=bundle.host,
         previous=observed.digest,

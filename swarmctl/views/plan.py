@@ -8,8 +8,9 @@ from itertools import groupby
 
 from rich.cells import cell_len
 from rich.text import Text
+from swarm_onboard.agent.steps import Kind
 
-from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem
+from swarmctl.plan.plan import HostPlan, Plan, Problem
 from swarmctl.views.equal_hosts import FEW, Names, grouped, merged_behind
 from swarmctl.views.escape import printable
 from swarmctl.views.graph.impact import losses
@@ -118,9 +119,9 @@ class PlanView:
         hint = self.complete(printable(problems[0].hint))
         return text.append_text(self._line(Text(f"  help: {hint}", "green"), 8)) if hint else text
 
-    def _step(self, kind: Kind, name: str, cause: str, target: int) -> Text:
+    def _step(self, kind: str, name: str, cause: str, target: int) -> Text:
         glyph, style = _GLYPH[kind]
-        start = Text.assemble("  ", (f"{glyph} {kind.value:<11}", style), " ")
+        start = Text.assemble("  ", (f"{glyph} {kind:<11}", style), " ")
         beside = _TARGET + target + 2
         least = max((min(_NARROWEST, cell_len(cause)), *map(cell_len, cause.split())))
         if self.width is None or beside + least <= self.width:
@@ -149,7 +150,7 @@ class PlanView:
         return text
 
 
-def _steps(host: HostPlan, details: bool) -> Iterator[tuple[Kind, str, str]]:
+def _steps(host: HostPlan, details: bool) -> Iterator[tuple[str, str, str]]:
     """Kind, target and cause of each step. Without ``details``, many files or links are one of a count, and
     units that follow each other for one cause are ranges."""
     counted = {kind for kind in _COUNTED if len(host.targets(kind)) > _MOST_LISTED and not details}
@@ -164,8 +165,8 @@ def _steps(host: HostPlan, details: bool) -> Iterator[tuple[Kind, str, str]]:
         yield from ((kind, printable(target), printable(cause)) for target in targets)
 
 
-def _counted_step(host: HostPlan, kind: Kind) -> tuple[Kind, str, str]:
-    causes = list(dict.fromkeys(one.cause for one in host.steps if one.kind is kind))
+def _counted_step(host: HostPlan, kind: str) -> tuple[str, str, str]:
+    causes = list(dict.fromkeys(one.cause for one in host.steps if one.kind == kind))
     many = _many(len(host.targets(kind)), _COUNTED[kind])
     return kind, many, printable(causes[0]) if len(causes) == 1 else "--details lists them"
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.text import Text
+from swarm_onboard.agent.steps import Kind
 
 from swarmctl.deploy.outcome import Outcome, Removed, Result
 from swarmctl.deploy.prepare import Prepared
-from swarmctl.plan.plan import HostPlan, Kind
+from swarmctl.plan.plan import HostPlan
 from swarmctl.remote.parallel_hosts import (
     Event,
     Finished,

@@ -10,8 +10,8 @@ import compare
 import deploy as benchmark
 import pytest
 from deploy_cost import contestants, hosts, profile
+from swarm_onboard.agent.steps import Kind
 
-from swarmctl.plan.plan import Kind
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.remote.transport import Target
 from swarmctl.render.build_bundle import bundles

@@ -15,6 +15,8 @@ from typing import Any
 
 import pytest
 import typer
+from swarm_onboard.agent.steps import Kind as StepKind
+from swarm_onboard.agent.steps import Step
 
 from swarmctl.cli import console, options, selected
 from swarmctl.cli.app import app, run
@@ -25,8 +27,7 @@ from swarmctl.health import collect, host_logs
 from swarmctl.health.host_logs import HostLog
 from swarmctl.health.log_entries import Entry
 from swarmctl.plan.observed_host import NOTHING
-from swarmctl.plan.plan import HostPlan, Plan, Problem, Step
-from swarmctl.plan.plan import Kind as StepKind
+from swarmctl.plan.plan import HostPlan, Plan, Problem
 from swarmctl.remote import host_commands
 from swarmctl.remote.host_commands import Ran
 from swarmctl.remote.parallel_hosts import Finished

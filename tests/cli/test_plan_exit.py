@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from swarm_onboard.agent.steps import Kind, Step
 
 from swarmctl.cli import exit_codes
-from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
+from swarmctl.plan.plan import HostPlan, Plan, Problem
 
 AWAY = HostPlan("pi", None, "b", problem=Problem("unreachable", "connect timed out"))
 UNFIT = HostPlan("pi", None, "b", problem=Problem("unfit", "it lacks rospy"))

@@ -7,11 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent.steps import Kind, Step
 
 from swarmctl.cli import saved_plan
 from swarmctl.cli.app import run
 from swarmctl.cli.spec_args import SpecFiles
-from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
+from swarmctl.plan.plan import HostPlan, Plan, Problem
 
 STEP = Step(Kind.UPDATE, "params/k3.yaml", "changed, from robots.k3")
 K3 = HostPlan("k3", "a", "b", (STEP,), last="t1")

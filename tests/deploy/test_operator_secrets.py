@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.steps import Kind
 
 from swarmctl.deploy.deploy_rules import Rules
 from swarmctl.deploy.histories import histories
@@ -19,7 +20,6 @@ from swarmctl.deploy.rollback import Rollback
 from swarmctl.deploy.rollout import observe
 from swarmctl.deploy.secrets import SecretError, found, variable
 from swarmctl.plan.history import runs
-from swarmctl.plan.plan import Kind
 from swarmctl.plan.waves import order
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import HostError, Session, Target

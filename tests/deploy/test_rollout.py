@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent.steps import Kind as Do
 
 from swarmctl.deploy import journal
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.deploy.rollout import observe
-from swarmctl.plan.plan import Kind as Do
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.bundle import Bundle, File, Unit, package

@@ -6,10 +6,11 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from swarm_onboard.agent.steps import Kind, Step
 
 from swarmctl.plan.busy_robots import not_busy
 from swarmctl.plan.observed_host import Observed
-from swarmctl.plan.plan import HostPlan, Kind, Step
+from swarmctl.plan.plan import HostPlan
 from swarmctl.render.bundle import Unit
 from tests.onboard.agent.fakehost import bundle
 

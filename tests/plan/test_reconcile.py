@@ -7,10 +7,11 @@ from typing import Any
 
 import pytest
 from swarm_onboard.agent.deployed import Transaction
+from swarm_onboard.agent.steps import Kind
 from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.plan.observed_host import NOTHING, Observed
-from swarmctl.plan.plan import HostPlan, Kind
+from swarmctl.plan.plan import HostPlan
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File, Unit, package, workspace
@@ -55,7 +56,7 @@ def running(released: Bundle, **changes: object) -> Observed:
 
 
 def lines(plan: HostPlan) -> list[str]:
-    return [f"{step.kind.value} {step.target}: {step.cause}" for step in plan.steps]
+    return [f"{step.kind} {step.target}: {step.cause}" for step in plan.steps]
 
 
 def test_a_sound_host_with_the_same_release_has_nothing_to_do() -> None:

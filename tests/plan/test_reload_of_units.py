@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from swarm_onboard.agent.steps import Kind
 
 from swarmctl.plan.dependent_robots import stops_of
-from swarmctl.plan.plan import Kind, Plan
+from swarmctl.plan.plan import Plan
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.bundle import Bundle
 from swarmctl.views.plan import summary
@@ -42,7 +43,7 @@ def test_a_unit_reloads_if_it_takes_the_change_while_it_runs(
 ) -> None:
     plan = reconcile(after, running(before, **seen))
     both = plan.targets(Kind.RELOAD_UNIT), plan.targets(Kind.RESTART)
-    reloaded, restarted = both if kind is Kind.RELOAD_UNIT else reversed(both)
+    reloaded, restarted = both if kind == Kind.RELOAD_UNIT else reversed(both)
     assert "a.service" in reloaded
     assert "a.service" not in restarted
     assert not plan.files_only

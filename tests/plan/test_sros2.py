@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent.steps import Kind
 from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.cli import exit_codes, next_command
@@ -13,7 +14,7 @@ from swarmctl.cli.app import run
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.plan import preflight
 from swarmctl.plan.observed_host import NOTHING, Observed
-from swarmctl.plan.plan import HostPlan, Kind
+from swarmctl.plan.plan import HostPlan
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.bundle import Bundle
 from swarmctl.spec import keystore

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from swarm_onboard.agent.steps import Kind, Step
 
 from swarmctl.analysis.impact import Impact
-from swarmctl.plan.plan import HostPlan, Kind, Step
+from swarmctl.plan.plan import HostPlan
 from swarmctl.plan.waves import order, valid_size
 from swarmctl.render.ros1.noetic import NOETIC
 

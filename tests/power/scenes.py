@@ -223,7 +223,7 @@ _BACK: Message = (
     b"",
 )
 _MORE = change(OLD, MORE_FILES, start=[], files_only=True)
-_TUNE = change(OLD, TUNED, FIRST, start=[], reload_units=["koala.service"])
+_TUNE = change(OLD, TUNED, FIRST, start=[], reload_unit=["koala.service"])
 _REPAIR = change(OLD, OLD, start=[], restart=["koala.service"])
 _EITHER = frozenset({"old", "new"})
 

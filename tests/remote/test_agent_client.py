@@ -92,7 +92,7 @@ def apply_request(bundle: Bundle) -> tuple[dict[str, object], bytes]:
         "who": "test",
         "previous": None,
         "next": bundle.digest,
-        "start": [unit.name for unit in bundle.units],
+        "steps": [["start", unit.name, ""] for unit in bundle.units],
     }
     return request, agent_client.pack(
         bundle.manifest_bytes, {file.path: (file.content, file.mode) for file in bundle.files}

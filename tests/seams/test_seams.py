@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent.steps import Kind
 from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.analysis.host_load import host_budgets
@@ -20,7 +21,6 @@ from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.probe_request import request
 from swarmctl.linter.context import RuleContext
 from swarmctl.plan.observed_host import Observed
-from swarmctl.plan.plan import Kind
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS
 from swarmctl.remote.agent_archive import agent

@@ -9,11 +9,12 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from swarm_onboard.agent.observations import NodeSeen
+from swarm_onboard.agent.steps import Kind, Step
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
 from swarmctl.health.swarm_health import Status, status
-from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
+from swarmctl.plan.plan import HostPlan, Plan, Problem
 from swarmctl.remote.transport import HostError
 from swarmctl.views.equal_hosts import Names
 from tests.health.swarm_values import well

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from rich.cells import cell_len
 from rich.console import Console
+from swarm_onboard.agent.steps import Kind, Step
 
 from swarmctl.cli.next_command import completing
 from swarmctl.cli.spec_args import SpecFiles
-from swarmctl.plan.plan import Kind, Step
 from swarmctl.views import lab
 from swarmctl.views.plan import PlanView
 from swarmctl.views.status import status

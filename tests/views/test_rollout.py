@@ -8,10 +8,11 @@ from itertools import product
 import pytest
 from rich.cells import cell_len
 from rich.console import Console
+from swarm_onboard.agent.steps import Kind as StepKind
+from swarm_onboard.agent.steps import Step
 
 from swarmctl.deploy.outcome import Outcome, Result
-from swarmctl.plan.plan import HostPlan, Step
-from swarmctl.plan.plan import Kind as StepKind
+from swarmctl.plan.plan import HostPlan
 from swarmctl.remote.parallel_hosts import Finished, Note, Started
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.views.equal_hosts import Names

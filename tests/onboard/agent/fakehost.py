@@ -233,8 +233,13 @@ def payload_of(bundle: Bundle) -> bytes:
     )
 
 
+_KINDS = ("stop", "reload", "reload_unit", "restart", "start")  # of steps that the agent takes
+
+
 def request_for(bundle: Bundle, **changes: Any) -> dict[str, Any]:
-    """A request to go from nothing to ``bundle``, with ``changes``."""
+    """A request to go from nothing to ``bundle``, with ``changes``; units by the kind of their step."""
+    steps = {"start": [unit.name for unit in bundle.units]}
+    steps |= {kind: changes.pop(kind) for kind in _KINDS if kind in changes}
     request = {
         "verb": "apply",
         "swarm": "new",
@@ -242,7 +247,9 @@ def request_for(bundle: Bundle, **changes: Any) -> dict[str, Any]:
         "who": "someone@laptop",
         "previous": None,
         "next": bundle.digest,
-        "start": [unit.name for unit in bundle.units],
+        "steps": [
+            [kind.replace("_", "-"), unit, "a test"] for kind, units in steps.items() for unit in units
+        ],
         "wait": 0.3,
     }
     return {**request, **changes}

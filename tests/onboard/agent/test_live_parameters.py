@@ -20,7 +20,7 @@ from swarmctl.render.bundle import Bundle, File, Unit
 from tests.onboard.agent.fakehost import FakeHost, bundle
 
 UNIT = "koala.service"
-RELOAD = {"start": [], "reload_units": [UNIT]}
+RELOAD = {"start": [], "reload_unit": [UNIT]}
 
 
 def release(params: str, *more: str) -> Bundle:
@@ -143,7 +143,7 @@ def test_a_driver_that_does_not_run_reads_its_file_later(host: FakeHost) -> None
 
 
 def test_only_units_of_the_release_are_reloaded(host: FakeHost) -> None:
-    reply = host.apply(NEW, previous=OLD.digest, start=[], reload_units=["other.service"])
+    reply = host.apply(NEW, previous=OLD.digest, start=[], reload_unit=["other.service"])
     assert "other.service is not a unit of release" in reply.error["message"]
 
 

@@ -103,8 +103,11 @@ def test_a_changed_mode_and_a_file_made_a_link_are_drift(host: FakeHost) -> None
         {"verb": "a.b", "swarm": "new"},
         {**APPLY, "txid": "../../x"},
         {**APPLY, "next": "x"},
-        {**APPLY, "stop": ["-H evil"]},
-        {**APPLY, "start": "koala.service"},
+        {**APPLY, "steps": [["stop", "-H evil", ""]]},
+        {**APPLY, "steps": [["reload", "nginx", ""]]},
+        {**APPLY, "steps": [["create", "/etc/passwd", ""]]},
+        {**APPLY, "steps": "koala.service"},
+        {**APPLY, "steps": [7]},
     ],
 )
 def test_an_invalid_request_is_an_error_and_changes_nothing(

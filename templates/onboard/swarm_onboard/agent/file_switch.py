@@ -36,7 +36,7 @@ def _more(home: Home, change: Change, manifest: Manifest, old: Manifest) -> str:
     shown = {*old.links.values(), *old.blocks.values()}
     if change.previous in (None, change.next):
         return "the release is not another one"
-    if change.stop or change.start or change.restart or change.reload:
+    if change.steps:
         return "units or daemons change"
     if change.values or change.secrets is not None or manifest.secrets != old.secrets:
         return "secrets change"

@@ -33,6 +33,7 @@ from .named_tuple import NamedTuple
 from .record import Record
 from .release_store import Home
 from .rpc import Report
+from .steps import Kind
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> Applied:
     next_release.keep_edits(home, current, report)
     manifest = next_release.bring(home, change, payload, report)
     _check_units(change, manifest)
-    swapped = [*change.stop, *change.restart]
+    swapped = change.targets(Kind.STOP, Kind.RESTART)
     motion_gate.clear(home, swapped, stop=change.stop_robots, who=change.who, note=report.note)
     system_links.check(home, manifest)
     if change.files_only:
@@ -133,9 +134,8 @@ def waiting(home: Home, found: Record) -> RefusedError:
 
 
 def _check_units(change: Change, manifest: Manifest) -> None:
-    unknown = [
-        unit for unit in [*change.start, *change.restart, *change.reload_units] if unit not in manifest.units
-    ]
+    staying = change.targets(Kind.START, Kind.RESTART, Kind.RELOAD_UNIT)
+    unknown = [unit for unit in staying if unit not in manifest.units]
     if unknown:
         raise RefusedError("{} is not a unit of release {}".format(", ".join(unknown), change.next))
 
@@ -165,21 +165,22 @@ def _begun(home: Home, change: Change, manifest: Manifest, chosen: str, history:
             *system_links.block_deviations(home, change.next, manifest),
         ]
     )
-    touched = _unique(change.stop + change.restart + change.start)
-    daemons = _unique(change.reload + astray + _stale_daemons(home.known_manifest(current), manifest))
+    touched = _unique(change.targets(Kind.STOP, Kind.RESTART, Kind.START))
+    stale = _stale_daemons(home.known_manifest(current), manifest)
+    daemons = _unique(change.targets(Kind.RELOAD) + astray + stale)
     return record.begun(home, change, record.APPLYING)._replace(
         next_secrets=chosen,
         touched=tuple(touched),
         active=tuple(systemd.running(touched)),
         reload=tuple(daemons),
-        reloaded=tuple(change.reload_units),
+        reloaded=tuple(change.targets(Kind.RELOAD_UNIT)),
         history=history,
     )
 
 
 def _forward(home: Home, change: Change, manifest: Manifest, begun: Record, report: Report) -> None:
-    starting = change.start + change.restart
-    stopping = _unique(change.stop + change.restart)
+    starting = change.targets(Kind.START, Kind.RESTART)
+    stopping = _unique(change.targets(Kind.STOP, Kind.RESTART))
     if stopping:
         report.note(f"stopping {named(stopping)}")
         systemd.stop(stopping)
@@ -193,7 +194,7 @@ def _forward(home: Home, change: Change, manifest: Manifest, begun: Record, repo
     system_links.put_blocks(home, change.next, manifest)
     passed("blocks")
     daemon_reload.reload(home, begun.reload)
-    systemd.forget([unit for unit in change.stop if unit not in manifest.units])
+    systemd.forget([unit for unit in change.targets(Kind.STOP) if unit not in manifest.units])
     passed("reload")
     if begun.reloaded:
         report.note(f"reloading {named(begun.reloaded)}")

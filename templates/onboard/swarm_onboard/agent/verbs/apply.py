@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from swarm_onboard.agent import known_keys, lease, lock, secrets, systemd, transaction, upload
+from swarm_onboard.agent import known_keys, lease, lock, secrets, steps, systemd, transaction, upload
 from swarm_onboard.agent.change import Change
 from swarm_onboard.agent.errors import RefusedError
 from swarm_onboard.agent.failpoint import passed
-from swarm_onboard.agent.manifest import release_name, unit_names
+from swarm_onboard.agent.manifest import release_name
 from swarm_onboard.agent.named_tuple import NamedTuple
-from swarm_onboard.agent.paths import READERS
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
+from swarm_onboard.agent.steps import Step
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,9 +22,8 @@ if TYPE_CHECKING:
 class Request(NamedTuple):
     """Bring the host from release ``previous`` to release ``next`` (digests).
 
-    ``reload``: keys of ``paths.READERS``; ``reload_units``: drivers that take their parameter file while they
-    run; ``confirm_within``: s until it is undone unless it is confirmed, 0:
-    no confirmation is needed; ``files_only``: nothing else changes, and it stays at once;
+    ``steps``: those of the plan that are ``steps.TAKEN``; ``confirm_within``: s until it is undone unless it
+    is confirmed, 0: no confirmation is needed; ``files_only``: nothing else changes, and it stays at once;
     ``wireguard_keys``: public ones that it keeps, whatever becomes of the change.
     The payload begins with new values of secrets, a JSON object by name of ``secrets`` bytes. A tar.gz
     follows, the manifest first, without files whose contents release ``previous`` has; it is empty if the
@@ -36,11 +35,7 @@ class Request(NamedTuple):
     txid: str
     previous: str | None
     next: str
-    stop: Sequence[str] = ()
-    start: Sequence[str] = ()
-    restart: Sequence[str] = ()
-    reload: Sequence[str] = ()
-    reload_units: Sequence[str] = ()
+    steps: Sequence[Step] = ()
     confirm_within: float = 0.0
     secrets: int = 0
     files_only: bool = False
@@ -65,11 +60,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
         run=str(request.run),
         previous=None if previous is None else release_name(previous),
         next=release_name(request.next),
-        stop=unit_names(request.stop),
-        start=unit_names(request.start),
-        restart=unit_names(request.restart),
-        reload=[name for name in request.reload if name in READERS],
-        reload_units=unit_names(request.reload_units),
+        steps=steps.taken(request.steps),
         confirm_within=min(float(request.confirm_within), 3600.0),
         values=secrets.offered(values),
         stop_robots=bool(request.stop_robots),

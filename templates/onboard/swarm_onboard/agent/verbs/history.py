@@ -6,6 +6,7 @@ from swarm_onboard.agent import audit, record, secrets, way_back
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
+from swarm_onboard.agent.steps import Step
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -13,8 +14,8 @@ if TYPE_CHECKING:
 
 
 class Request(NamedTuple):
-    """The last changes of the host. ``to``: a kept release and a set of secrets; the units that stop and
-    start on the way there are wanted, too."""
+    """The last changes of the host. ``to``: a kept release and a set of secrets; the steps to
+    there are wanted, too."""
 
     swarm: str
     to: Sequence[str] = ()
@@ -23,7 +24,7 @@ class Request(NamedTuple):
 class Answer(NamedTuple):
     """``entries``: the oldest first; ``release``: the current one, with the set ``secrets``; ``releases`` and
     ``secret_sets``: those that it could have again without a deploy; ``last``: the last transaction;
-    ``units``: with ``to`` only."""
+    ``steps``: with ``to`` only."""
 
     entries: list[audit.ChangeEntry]
     release: str | None
@@ -31,7 +32,7 @@ class Answer(NamedTuple):
     releases: list[str]
     secret_sets: list[str]
     last: str
-    units: way_back.UnitsBack | None = None
+    steps: list[Step] | None = None
 
 
 def handle(request: Request, payload: bytes, report: Report) -> Answer:
@@ -44,5 +45,5 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
         home.releases(),
         secrets.sets(home),
         record.read(home).txid,
-        way_back.units(home, *request.to) if request.to else None,
+        way_back.steps(home, *request.to) if request.to else None,
     )

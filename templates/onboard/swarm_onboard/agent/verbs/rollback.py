@@ -9,6 +9,7 @@ from swarm_onboard.agent.manifest import release_name
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
+from swarm_onboard.agent.steps import TAKEN
 
 
 class Request(NamedTuple):
@@ -37,18 +38,13 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
     with lease.held_for(home, request):
         if home.known_manifest(to) is None:
             raise RefusedError(f"release {to} is not on the host any more", "deploy the spec that makes it")
-        units = way_back.units(home, to, chosen)
         change = Change(
             txid=release_name(request.txid),
             who=lock.operator_in(request),
             run=str(request.run),
             previous=request.previous,
             next=to,
-            stop=units.stop,
-            start=units.start,
-            restart=units.restart,
-            reload=[],
-            reload_units=units.reload,
+            steps=[step for step in way_back.steps(home, to, chosen) if step.kind in TAKEN],
             confirm_within=min(float(request.confirm_within), 3600.0),
             values={},
             secrets=chosen,
