@@ -20,12 +20,11 @@ from swarmctl.deploy.observe_host import NO_SECRETS, observe_host
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
-from swarmctl.plan.busy_robots import BUSY, not_busy
-from swarmctl.plan.dependent_robots import Dependents, stops_of
 from swarmctl.plan.host_edits import not_edited
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Plan
 from swarmctl.plan.reconcile import reconcile
+from swarmctl.plan.robots_in_use import BUSY, Dependents, not_busy, stops_of
 from swarmctl.plan.waves import Order
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.agent_archive import DEPLOY_VERBS

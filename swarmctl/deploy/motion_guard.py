@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from swarm_onboard.agent.motion_gate import RobotUse
 from swarm_onboard.agent.verbs import motion
 
-from swarmctl.plan.dependent_robots import Dependent, Dependents, Stops, problems
 from swarmctl.plan.plan import Problem
+from swarmctl.plan.robots_in_use import Dependent, Dependents, Stops, problems
 from swarmctl.remote import operators, parallel_hosts
 from swarmctl.remote.ask import ask
 from swarmctl.remote.connections import Connections

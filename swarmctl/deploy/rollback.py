@@ -12,10 +12,10 @@ from swarm_onboard.agent.verbs import history, rollback
 
 from swarmctl.deploy.deployment import Deployment, ObservedHost, OnProgress
 from swarmctl.deploy.host_transaction import HostTransaction
-from swarmctl.plan.busy_robots import not_busy
 from swarmctl.plan.history import NoWayBackError, after, before_last, of_release, runs, state_of
 from swarmctl.plan.plan import HostPlan, Problem
 from swarmctl.plan.preflight import UNFIT
+from swarmctl.plan.robots_in_use import not_busy
 from swarmctl.remote import agent_client, operators
 from swarmctl.remote.agent_archive import ROLLBACK_VERBS
 from swarmctl.remote.ask import ask

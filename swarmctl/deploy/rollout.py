@@ -11,9 +11,9 @@ from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.motion_guard import Guard, host_error
 from swarmctl.deploy.observe_host import NO_SECRETS, observe_host
 from swarmctl.deploy.outcome import Removed
-from swarmctl.plan.dependent_robots import Dependents
 from swarmctl.plan.plan import HostPlan, Plan, Problem
 from swarmctl.plan.reconcile import reconcile
+from swarmctl.plan.robots_in_use import Dependents
 from swarmctl.remote import agent_client, operators, parallel_hosts
 from swarmctl.remote.agent_archive import DEPLOY_VERBS
 from swarmctl.remote.ask import ask

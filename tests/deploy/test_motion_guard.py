@@ -21,7 +21,7 @@ from swarmctl.deploy.deployment import Deployment
 from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.outcome import Outcome, Removed
 from swarmctl.deploy.rollback import Rollback
-from swarmctl.plan.dependent_robots import Dependents
+from swarmctl.plan.robots_in_use import Dependents
 from swarmctl.plan.waves import order
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.parallel_hosts import Note

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from swarm_onboard.agent.steps import Kind, Step
 
-from swarmctl.plan.busy_robots import not_busy
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan
+from swarmctl.plan.robots_in_use import not_busy
 from swarmctl.render.bundle import Unit
 from tests.onboard.agent.fakehost import bundle
 

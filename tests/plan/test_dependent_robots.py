@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from swarm_onboard.agent.motion_gate import RobotUse
 
-from swarmctl.plan.dependent_robots import Dependents, problems
+from swarmctl.plan.robots_in_use import Dependents, problems
 from tests.loading import load_swarm
 
 BODY = """

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 from swarm_onboard.agent.steps import Kind
 
-from swarmctl.plan.dependent_robots import stops_of
 from swarmctl.plan.plan import Plan
 from swarmctl.plan.reconcile import reconcile
+from swarmctl.plan.robots_in_use import stops_of
 from swarmctl.render.bundle import Bundle
 from swarmctl.views.plan import summary
 from tests.onboard.agent.fakehost import RUNS

@@ -19,11 +19,11 @@ from swarmctl.deploy.outcome import Outcome, Removed
 from swarmctl.deploy.public_keys import exchanged
 from swarmctl.firmware import avrdude
 from swarmctl.health import collect
-from swarmctl.plan.dependent_robots import Dependents
 from swarmctl.plan.host_needs import HostNeeds
 from swarmctl.plan.host_preparation import HostPreparation
 from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.plan.plan import HostPlan
+from swarmctl.plan.robots_in_use import Dependents
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.agent_client import agent_session
 from swarmctl.remote.answer_check import DEEPEST, bounded

@@ -131,7 +131,7 @@ def deploy(
     from swarmctl.deploy.deploy_rules import Rules
     from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.host_transaction import Terms
-    from swarmctl.plan.dependent_robots import Dependents
+    from swarmctl.plan.robots_in_use import Dependents
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.render.build_bundle import bundles

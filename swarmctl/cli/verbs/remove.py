@@ -56,7 +56,7 @@ def remove(
     from swarmctl.cli.ssh_targets import read_known_hosts
     from swarmctl.deploy import rollout
     from swarmctl.deploy.outcome import Removed
-    from swarmctl.plan.dependent_robots import Dependents
+    from swarmctl.plan.robots_in_use import Dependents
     from swarmctl.remote.parallel_hosts import interruptible
 
     swarm = console.read_spec(spec)

@@ -52,7 +52,7 @@ def rollback(
     """Bring hosts back to the releases that they had before the last run. They need no file from here."""
     from swarmctl.deploy.deploy_rules import Rules
     from swarmctl.deploy.rollback import Rollback
-    from swarmctl.plan.dependent_robots import Dependents
+    from swarmctl.plan.robots_in_use import Dependents
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.render.build_bundle import bundles

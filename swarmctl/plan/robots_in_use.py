@@ -1,23 +1,25 @@
-"""Robots in use that lose their commander, their master or a bridge with a unit that a run stops. Pure.
+"""Robots in use that a change would touch, or that would lose their commander, master or a bridge. Pure.
 
-Their drivers may run on any host. Such a robot stops only by its dead-man, and may drive off by itself once
-the unit is back.
+The drivers of the latter may run on any host. Such a robot stops only by its dead-man, and may drive off by
+itself once the unit is back.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from swarm_onboard.agent.motion_gate import RobotUse, hint
 from swarm_onboard.agent.steps import Kind
 
-from swarmctl.plan.busy_robots import BUSY
+from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Problem
+from swarmctl.render.bundle import Bundle
 from swarmctl.render.multimaster import provider_of
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Commander, Robot, Swarm, carrier, island_by_host
 
+BUSY = "busy"
 Stops = Mapping[str, Collection[str]]
 """The units that stop or restart, by host."""
 _Needs = Callable[[Robot, Sequence[Commander], str], bool]
@@ -40,6 +42,17 @@ class Dependent:
 def stops_of(plan: HostPlan) -> tuple[str, ...]:
     """Returns the units that a plan stops or restarts."""
     return plan.targets(Kind.STOP, Kind.RESTART)
+
+
+def not_busy(plan: HostPlan, bundle: Bundle, observed: Observed) -> HostPlan:
+    """Returns the plan, with a problem if it would touch a robot that must not be touched now."""
+    robots = {unit.name: unit.robot for unit in bundle.units}
+    if observed.manifest is not None:
+        robots |= {unit["name"]: unit.get("robot", "") for unit in observed.manifest["units"]}
+    touched = {robots.get(unit, "") for unit in stops_of(plan)}
+    found = [f"{robot} {why}" for robot, why in observed.busy.items() if robot in touched]
+    text = "; ".join(found)
+    return replace(plan, problem=Problem(BUSY, text, hint(text))) if found else plan
 
 
 class Dependents:
