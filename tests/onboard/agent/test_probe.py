@@ -21,7 +21,7 @@ from swarm_onboard.agent.observations import MasterSeen, PeerSeen, SenderSeen, S
 from swarm_onboard.agent.unit_journal import Message
 from swarm_onboard.agent.verbs import probe
 from swarm_onboard.agent.verbs.probe import Answer, Request
-from swarm_onboard.ros1_probe import nodes
+from swarm_onboard.ros1_probe import nodes, observe
 
 from swarmctl.remote.answer_check import checked, parsed
 from swarmctl.resources import host_check_names
@@ -419,6 +419,15 @@ def test_a_node_that_talks_nonsense_is_not_alive(
     assert node.error == "its list of topics makes no sense"
 
 
+def test_a_bug_in_a_part_of_the_graph_costs_that_part_only(
+    prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(observe, "_first_names", lambda side: side.nothing)
+    answer = probed(graph[1], inputs=["/k3/cmd_vel"])
+    assert answer.troubles.keys() == {"commanders"}
+    assert answer.nodes["/k3/driver"].alive
+
+
 def test_a_systemd_that_fails_costs_the_units_only(
     prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -427,6 +436,18 @@ def test_a_systemd_that_fails_costs_the_units_only(
     assert "Failed to connect to bus" in answer.troubles["units"]
     assert answer.units == {}
     assert answer.nodes["/k3/driver"].alive is True
+
+
+def test_a_part_that_fails_after_the_graph_was_seen_is_named_too(
+    prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = (prefix / "bin/systemctl").read_text()
+    fails = f'case "$*" in *NRestarts*) [ $(wc -l < {prefix}/calls) = 2 ] && exit 1;; esac\ncat <<END'
+    (prefix / "bin/systemctl").write_text(script.replace("cat <<END", fails))
+    answer = probed(graph[1])
+    assert answer.troubles.keys() == {"units"}
+    assert answer.units == {}
+    assert answer.nodes["/k3/driver"].alive
 
 
 def test_without_a_release_there_is_none(prefix: Path) -> None:

@@ -52,9 +52,8 @@ class _Look:
         topics = [*request.nodes.values(), *request.launched.values()]
         listening = [*(one for wanted in topics for one in wanted.values()), request.clock or 0.0]
         longest = max(map(nodes.seconds_of, listening))
-        rounds = (
-            2 if request.launched else 1
-        )  # topics that no node of roslaunch has are looked for afterwards
+        # Topics that no node of roslaunch has are looked for afterwards.
+        rounds = 2 if request.launched else 1
         try:
             await asyncio.wait_for(self._master_and_nodes(), rounds * longest + 2 * _CALLS)
         except asyncio.TimeoutError:
@@ -96,6 +95,8 @@ class _Look:
                 self.answer = self.answer._replace(**merged)
         except (PeerError, OSError) as error:
             self._troubles[name] = clipped(error)
+        except Exception as error:  # noqa: BLE001  (whatever a node sends, it must not take the other parts away)
+            self._troubles[name] = clipped(f"{type(error).__name__}: {error}")
 
     async def _providers(self) -> nodes.Providers:
         """The nodes that provide each service of the request, as the master has them."""

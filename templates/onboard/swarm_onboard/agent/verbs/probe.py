@@ -212,7 +212,8 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
         units=_with_restarts(before, part("units", states, {})),
     )
     observed: Answer = part("conflicts", lambda: middleware().observe_logs(answer), answer)
-    return observed._replace(boot_id=part("boot_id", _boot_id, ""), time=time.time())
+    boot_id = part("boot_id", _boot_id, "")
+    return observed._replace(boot_id=boot_id, time=time.time(), troubles={**observed.troubles, **troubles})
 
 
 def _observed(check: str, home: Home) -> list[Any]:
