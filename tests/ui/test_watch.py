@@ -51,6 +51,16 @@ class Host:
         raise HostError(Kind.LOST, "the connection was closed")
 
 
+class Connection:
+    """One of several to a host."""
+
+    def __init__(self, host: Host) -> None:
+        self.host = host
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.host, name)
+
+
 class Hosts:
     """A transport to hosts that are made up."""
 
@@ -63,7 +73,7 @@ class Hosts:
         host.closed.clear()
         host.open += 1
         try:
-            yield host
+            yield Connection(host)
         finally:
             host.closed.set()
             host.open -= 1
@@ -125,7 +135,7 @@ def test_a_page_that_is_opened_again_has_its_own_connections(
         outcomes(watch)
         wait_for(lambda: hosts.hosts["k3-pi"].open == 1)
         assert watch.log("k3-pi", ["k3"]) == []
-    assert read == [hosts.hosts["k3-pi"]]
+    assert [one.host for one in read] == [hosts.hosts["k3-pi"]]
     with pytest.raises(HostError, match="not connected"):
         watch.log("k3-pi", ["k3"])
 
