@@ -108,9 +108,9 @@ class Middleware(Protocol):
     def probe(self) -> HostModule:
         """The module that observes the graph for ``swarmctl status``, as a part of the agent of each host.
 
-        Its function ``observe(request, answer)`` fills in a ``GraphAnswer`` of
-        ``swarm_onboard.agent.probe_messages``. It and what it imports of its package run on Python 3.8 with
-        the standard library and ``swarm_onboard.agent``.
+        Its function ``observe(request, answer)`` returns the ``Answer`` of
+        ``swarm_onboard.agent.verbs.probe`` with what it sees. It and what it imports of its package run on
+        Python 3.8 with the standard library and ``swarm_onboard.agent``.
         """
 
     @property
