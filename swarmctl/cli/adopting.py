@@ -8,7 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from swarmctl.cli import console, deploy_steps, executors, exit_codes, file_writes, options, selected
+from swarmctl.cli import console, deploy_steps, exit_codes, file_writes, selected
+from swarmctl.cli.where import Where
 
 if TYPE_CHECKING:
     from swarmctl.adoption.adopt import Adoption, Reader, Texts
@@ -22,31 +23,27 @@ Render = Callable[["Document"], "Mapping[str, Bundle]"]
 
 
 def found(
-    spec: SpecFiles,
+    where: Where,
     names: Collection[str],
     targets: Mapping[str, Target],
     transport: Transport,
-    *,
     into: Path | None,
-    parallel: int,
-    lab: str,
 ) -> tuple[Adoption, list[str]]:
-    """Returns how the spec changes so that it has the edits of the hosts, and which hosts did not answer.
-
-    ``lab``: the lab for which packages were built.
-    """
+    """Returns how the spec changes to have the edits of the hosts, and which hosts did not answer."""
     from swarmctl.deploy.edits_on_hosts import edits_on_hosts
     from swarmctl.remote.transport import HostError
     from swarmctl.render.build_bundle import bundles
 
     def render(document: Document) -> Mapping[str, Bundle]:
-        return bundles(console.swarm_of(document, lab))
+        return bundles(where.swarm(document))
 
-    wanted = render(console.read_document(spec))
-    answers = edits_on_hosts({name: wanted[name] for name in names}, targets, transport, parallel=parallel)
+    wanted = render(console.read_document(where.spec))
+    answers = edits_on_hosts(
+        {name: wanted[name] for name in names}, targets, transport, parallel=where.parallel
+    )
     errors = [f"{name}: {one}" for name, one in answers.items() if isinstance(one, HostError)]
     edited = [file for one in answers.values() if not isinstance(one, HostError) for file in one]
-    return _adoption(spec, edited, render, into), errors
+    return _adoption(where.spec, edited, render, into), errors
 
 
 def check_options(*, adopt: bool, into: Path | None, saved: bool) -> None:
@@ -58,32 +55,19 @@ def check_options(*, adopt: bool, into: Path | None, saved: bool) -> None:
 
 
 def before_deploy(
-    spec: SpecFiles,
-    into: Path | None,
-    limit: list[str] | None,
-    *,
-    lab: tuple[bool, str],
-    executor: str,
-    reuse: bool,
-    parallel: int,
-    yes: bool,
-    writes: bool,
-    overwrites: bool,
-    quiet: bool,
-) -> SpecFiles:
+    where: Where, into: Path | None, *, yes: bool, writes: bool, overwrites: bool, quiet: bool
+) -> Where:
     """Shows how the spec changes so that it has what was edited on hosts, and writes it, after a question.
 
-    ``lab``: whether the hosts are those of a lab, and its name; ``overwrites``: the deploy replaces the edits
-    that the spec does not take; with ``quiet`` nothing goes to stdout. Returns the files of the spec
-    then; exits without ``yes`` if there is no terminal to ask on.
+    ``overwrites``: the deploy replaces the edits that the spec does not take; with ``quiet`` nothing goes to
+    stdout. Returns the hosts with the files of the spec then; exits without ``yes`` if there is no terminal
+    to ask on.
     """
-    document = console.read_document(spec)
-    name = options.lab_of(document, *lab)
-    swarm = console.swarm_of(document, name)
-    targets = options.targets(spec, swarm, lab=lab[0], lab_name=lab[1])
-    with executors.transport(executor, in_lab=options.in_lab(*lab), reuse=reuse) as transport:
-        names = selected.hosts(swarm.candidates, limit)
-        adoption, _ = found(spec, names, targets, transport, into=into, parallel=parallel, lab=name)
+    swarm = where.swarm(console.read_document(where.spec))
+    targets = where.targets(swarm)
+    with where.transport() as transport:
+        names = selected.hosts(swarm.candidates, where.limit)
+        adoption, _ = found(where, names, targets, transport, into)
     show(adoption, quiet=quiet, overwrites=overwrites)
     if adoption.texts and writes:
         if not yes:
@@ -94,9 +78,9 @@ def before_deploy(
                 )
             deploy_steps.agree("Write this into the spec?")
         write(adoption)
-    if into is not None and into.exists() and into not in spec.files:
-        return replace(spec, files=(*spec.files, into))
-    return spec
+    if into is not None and into.exists() and into not in where.spec.files:
+        return replace(where, spec=replace(where.spec, files=(*where.spec.files, into)))
+    return where
 
 
 def _adoption(spec: SpecFiles, edited: Sequence[EditedFile], render: Render, into: Path | None) -> Adoption:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, rollout_output, saved_plan
+from swarmctl.cli import console, exit_codes, rollout_output, saved_plan
 
 if TYPE_CHECKING:
     from rich.text import Text
 
     from swarmctl.cli.saved_plan import SavedPlan
-    from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.cli.where import Where
     from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.outcome import Result
     from swarmctl.plan.plan import Plan
@@ -49,12 +49,11 @@ def agree(question: str) -> None:
 
 @dataclass(frozen=True)
 class View:
-    """How the plan of a deploy is shown. ``where``: the options that choose hosts."""
+    """How the plan of a deploy is shown."""
 
     verb: str
-    spec: SpecFiles
     swarm: Swarm
-    where: Sequence[str]
+    where: Where
     details: bool
     json: bool
 
@@ -107,7 +106,7 @@ class View:
         from swarmctl.views.plan import PlanView
         from swarmctl.views.waves import order_text
 
-        complete = next_command.completing(self.spec, self.where)
-        show(PlanView(names_of(self.swarm), False, self.details, console.columns(), complete).text(plan))
+        names, complete = names_of(self.swarm), self.where.complete
+        show(PlanView(names, False, self.details, console.columns(), complete).text(plan))
         if order.waves:
             show(order_text(order, console.columns()))

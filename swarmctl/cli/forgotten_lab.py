@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
-from swarmctl.cli import console, next_command
-from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.cli import console
+from swarmctl.cli.where import Where
 
 _ABSENT = ("unreachable", "host-key")  # kinds of errors of hosts that exist only in a lab
 
 
-def guess(verb: str, spec: SpecFiles, swarm: str, kinds: Iterable[str], limit: list[str] | None) -> None:
+def guess(verb: str, where: Where, swarm: str, kinds: Iterable[str]) -> None:
     """Print the command with ``--lab`` if errors of these ``kinds`` may come from its absence."""
     if not any(kind in _ABSENT for kind in kinds):
         return
     for name in _running(swarm):
-        where = next_command.where(lab=True, lab_name="" if name == swarm else name, limit=limit)
-        command = spec.command(verb, *where)
+        there = replace(where, lab=True, lab_name="" if name == swarm else name, executor="")
+        command = there.command(verb)
         console.err().print(f"the lab {name} of this swarm runs on this machine; its hosts: `{command}`")
 
 

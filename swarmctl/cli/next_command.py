@@ -3,30 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from swarmctl.cli import console
 from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
-    from swarmctl.remote.transport import HostError
+    pass
 
 
 def advise(verb: str, spec: SpecFiles, *more: str) -> None:
     """Print ``next: swarmctl VERB SPEC MORE``. Scripts, which have no terminal as stdout, see nothing."""
     console.show_next(spec.command(verb, *fitting(verb, more)))
-
-
-def advise_doctor(spec: SpecFiles, errors: Mapping[str, HostError], where: Sequence[str]) -> bool:
-    """Advises to examine the first host that cannot be logged in to; returns False without one."""
-    from swarmctl.remote.transport import Kind
-
-    logins = (Kind.UNREACHABLE, Kind.HOST_KEY, Kind.AUTH, Kind.PRIVILEGE)
-    away = next((host for host, error in errors.items() if error.kind in logins), None)
-    if away is not None:
-        advise("doctor", spec, away, *where)
-    return away is not None
 
 
 def fitting(verb: str, where: Sequence[str]) -> list[str]:
@@ -72,12 +61,3 @@ def selection(hosts: Iterable[str]) -> str:
     from swarmctl.yamltext import hostlist
 
     return ",".join(text for text, _ in hostlist.ranges_of(hosts))
-
-
-def where(
-    *, lab: bool = False, lab_name: str = "", limit: list[str] | None = None, executor: str = ""
-) -> list[str]:
-    """The options that choose hosts and the way to them, to be repeated in the next command."""
-    chosen = ["--lab-name", lab_name] if lab_name else ["--lab"] if lab else []
-    way = ["--executor", executor] if executor else []
-    return [*chosen, *way, *(word for name in limit or () for word in ("--limit", name))]

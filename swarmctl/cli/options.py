@@ -1,9 +1,7 @@
-"""Arguments and options that verbs share, and the SSH targets that they select."""
+"""Arguments and options that verbs share."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -14,10 +12,7 @@ from swarmctl.cli import console, exit_codes, spec_args
 from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
-    from swarmctl.cli.ssh_targets import NamedHosts
-    from swarmctl.remote.transport import Target
-    from swarmctl.render.bundle import Bundle
-    from swarmctl.spec.load import Document
+    pass
 
 _Format = TypeVar("_Format", bound=Enum)
 
@@ -109,6 +104,21 @@ Selection = Annotated[
 HostOrLimit = Annotated[list[str] | None, typer.Option("--host", "--limit", **_LIMIT)]
 PARALLEL = 64  # hosts at the same time
 PARALLEL_URGENT = 256  # of `stop` and its like
+Executor = Annotated[
+    str,
+    typer.Option(
+        "--executor",
+        metavar="dask://HOST:PORT",
+        help="Have the workers of this Dask cluster connect to the hosts (see docs/scale.md).",
+    ),
+]
+NoReuse = Annotated[
+    bool,
+    typer.Option(
+        "--no-reuse", envvar="SWARMCTL_NO_REUSE", show_envvar=False,
+        help="Log in anew, and keep no connection: without it, the next verb within 60 s uses this one's.",
+    ),
+]  # fmt: skip
 Parallel = Annotated[
     int, typer.Option("--parallel", metavar="N", min=1, max=512, help="Number of hosts at the same time.")
 ]
@@ -139,84 +149,3 @@ Color = Annotated[
         help="Colour; auto, the default, depends on the terminal, NO_COLOR, FORCE_COLOR and TERM.",
     ),
 ]  # fmt: skip
-
-
-def in_lab(lab: bool, lab_name: str) -> bool:
-    """True if the hosts are those of a lab. The journal of real deploys leaves them out."""
-    return lab or bool(lab_name)
-
-
-def lab_of(document: Document, lab: bool, lab_name: str) -> str:
-    """The name of the lab that the options mean; empty for the real hosts."""
-    return lab_named(document.spec.name, lab, lab_name)
-
-
-def lab_named(swarm: str, lab: bool, lab_name: str) -> str:
-    """The name of the lab that the options mean for a swarm; empty for the real hosts."""
-    return lab_name or swarm if in_lab(lab, lab_name) else ""
-
-
-def targets(spec: SpecFiles, swarm: NamedHosts, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
-    """The SSH target of each host. With ``lab``, this process enters the network namespace of the lab."""
-    from swarmctl.cli import pin_file
-
-    found = (
-        _lab_targets(lab_name or swarm.name, spec, swarm)
-        if in_lab(lab, lab_name)
-        else _real_targets(spec, swarm)
-    )
-    expelled = pin_file.expelled(spec, swarm.name, lab_named(swarm.name, lab, lab_name))
-    return {name: _without(expelled, target) for name, target in found.items()} if expelled else found
-
-
-def _without(expelled: Collection[str], target: Target) -> Target:
-    jump = _without(expelled, target.jump) if target.jump is not None else None
-    return replace(target, expelled=target.host in expelled, jump=jump)
-
-
-def secrets(spec: SpecFiles, wanted: Mapping[str, Bundle]) -> Mapping[str, str]:
-    """The secrets of the hosts that the operator has; exits with an error for an unusable one."""
-    from swarmctl.deploy.secrets import SecretError, found
-
-    names = dict.fromkeys(name for bundle in wanted.values() for name in bundle.secrets)
-    found_forms = {one for bundle in wanted.values() for one in bundle.secret_forms.items()}
-    forms = dict(sorted(found_forms, reverse=True))  # a variable's, `line`, comes after a file's, `text`
-    try:
-        return found(names, spec.first.parent, forms=forms)
-    except SecretError as error:
-        console.fail(str(error), error.fix)
-
-
-def _lab_targets(name: str, spec: SpecFiles, swarm: NamedHosts) -> Mapping[str, Target]:
-    from swarmctl.cli import next_command
-    from swarmctl.lab import lab as labs
-    from swarmctl.lab.errors import LabError
-    from swarmctl.lab.hosts import network
-    from swarmctl.remote.transport import Target
-
-    try:
-        operator = labs.operator(name)
-        network.enter(operator.namespace)
-    except LabError as error:
-        name = name if name != swarm.name else ""
-        console.fail(str(error), *next_command.in_lab_errors(error.help_lines, spec, name))
-    return {
-        host.name: Target(
-            host.name,
-            operator.addresses.get(host.name, host.address),
-            host.user,
-            host.port,
-            operator.keys.get(host.name, ()),
-            (operator.identity,),
-        )
-        for host in swarm.hosts.values()
-    }
-
-
-def _real_targets(spec: SpecFiles, swarm: NamedHosts) -> Mapping[str, Target]:
-    from swarmctl.cli import ssh_targets as real
-
-    found, warnings = real.targets(swarm, real.read_known_hosts(spec.first))
-    for warning in warnings:
-        console.err().print(f"warning: {warning}")
-    return found

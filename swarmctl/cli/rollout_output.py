@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from swarmctl.cli import console, exit_codes
 
 if TYPE_CHECKING:
-    from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.cli.where import Where
     from swarmctl.deploy.host_lists import LeftHost
     from swarmctl.deploy.outcome import Outcome, Removed, Result
     from swarmctl.deploy.prepare import Prepared
@@ -74,15 +74,13 @@ def journal_warnings() -> Iterator[None]:
                             "`plan --offline` will not include this run")  # fmt: skip
 
 
-def warn_of_left_hosts(
-    found: tuple[Mapping[str, LeftHost], Sequence[str]], spec: SpecFiles, where: Sequence[str]
-) -> None:
+def warn_of_left_hosts(found: tuple[Mapping[str, LeftHost], Sequence[str]], where: Where) -> None:
     """Warn about hosts that are no longer in the spec but may still run its release.
 
-    ``found``: those whose address is known, and the names of the others; ``where``: options of a lab.
+    ``found``: those whose address is known, and the names of the others.
     """
     left, unknown = found
-    command = spec.command("remove", "--orphans", *where)
+    command = where.limited().command("remove", "--orphans")
     for name in [*left, *unknown]:
         one = left.get(name)
         named = f" ({one.place}, in the list of {one.named_by})" if one and one.named_by else ""
@@ -139,16 +137,7 @@ def errors(found: Mapping[str, Result]) -> list[str]:
     return [result.kind.value for result in found.values() if isinstance(result, HostError)]
 
 
-def advise_again(
-    verb: str,
-    spec: SpecFiles,
-    found: Mapping[str, Result],
-    absent: Sequence[str] = (),
-    *,
-    lab: bool,
-    lab_name: str,
-    executor: str = "",
-) -> None:
+def advise_again(verb: str, where: Where, found: Mapping[str, Result], absent: Sequence[str] = ()) -> None:
     """After failures: pin new keys, or run ``verb`` again on the hosts that were out of reach."""
     from swarmctl.cli import next_command
     from swarmctl.remote.transport import HostError, Kind
@@ -156,13 +145,10 @@ def advise_again(
     failed = {name: one for name, one in found.items() if isinstance(one, HostError) and name not in absent}
     keys = [name for name, error in failed.items() if error.kind is Kind.HOST_KEY]
     again = [name for name, error in failed.items() if error.retryable]
-    if keys and not (lab or lab_name):
-        next_command.advise("trust", spec, *next_command.where(limit=[next_command.selection(keys)]))
+    if keys and not where.in_lab:
+        where.limited(next_command.selection(keys)).advise("trust")
     elif again:
-        limit = [next_command.selection(again)]
-        next_command.advise(
-            verb, spec, *next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
-        )
+        where.limited(next_command.selection(again)).advise(verb)
 
 
 def exit_code(found: Mapping[str, Result], *, interrupted: bool, absent: Sequence[str] = ()) -> int:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from swarmctl.cli import console, exit_codes
 from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.cli.where import Where
 
 if TYPE_CHECKING:
     from swarmctl.plan.plan import Plan
@@ -23,30 +24,29 @@ _AGAIN = "make it again with `swarmctl plan -o`"
 class SavedPlan:
     """The plans of ``hosts`` as JSON data, and the arguments that they were made with."""
 
-    spec: SpecFiles
-    lab: bool
-    lab_name: str
-    limit: list[str] | None
+    where: Where
     hosts: list[dict[str, Any]]
 
-    def check_options(self, overlays: object, limit: list[str] | None, *, lab: bool, lab_name: str) -> None:
-        """Exits if options of a deploy contradict those of the plan."""
-        other_lab = (lab, lab_name) not in ((False, ""), (self.lab, self.lab_name))
-        if overlays or other_lab or (limit and limit != self.limit):
+    def applied(self, where: Where) -> Where:
+        """Returns where a deploy carries the plan out; exits if its options contradict those of the plan."""
+        own = self.where
+        other_lab = (where.lab, where.lab_name) not in ((False, ""), (own.lab, own.lab_name))
+        if where.spec.files[1:] or other_lab or (where.limit and where.limit != own.limit):
             console.fail(
                 "the saved plan says which spec and hosts: leave --file, --limit, --lab and --lab-name out",
                 code=exit_codes.USAGE,
             )
+        return replace(where, spec=own.spec, lab=own.lab, lab_name=own.lab_name, limit=own.limit)
 
     def write(self, path: Path) -> None:
         """Writes the plan, with the places of the spec's files relative to it; exits if it cannot."""
-        files = [os.path.relpath(file, path.parent) for file in self.spec.files]
+        files = [os.path.relpath(file, path.parent) for file in self.where.spec.files]
         data = {
             "format": _FORMAT,
             "files": files,
-            "lab": self.lab,
-            "lab_name": self.lab_name,
-            "limit": self.limit,
+            "lab": self.where.lab,
+            "lab_name": self.where.lab_name,
+            "limit": self.where.limit,
             "hosts": self.hosts,
         }
         try:
@@ -82,8 +82,8 @@ def read(spec: SpecFiles) -> SavedPlan | None:
             )
         files = tuple(Path(os.path.normpath(path.parent / name)) for name in data["files"])
         limit = None if data["limit"] is None else [str(one) for one in data["limit"]]
-        lab, lab_name = bool(data["lab"]), str(data["lab_name"])
-        return SavedPlan(SpecFiles(files), lab, lab_name, limit, list(data["hosts"]))
+        where = Where(SpecFiles(files), bool(data["lab"]), str(data["lab_name"]), limit)
+        return SavedPlan(where, list(data["hosts"]))
     except OSError:
         return None  # the error of a spec that cannot be read says more
     except (ValueError, LookupError, TypeError):

@@ -7,28 +7,26 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options, pin_file
+from swarmctl.cli import console, exit_codes, pin_file
+from swarmctl.cli.where import Where
 
 if TYPE_CHECKING:
     from swarmctl.cli.pin_file import PinFile
-    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.deploy.rekey import Exchange
     from swarmctl.remote.transport import HostError
     from swarmctl.swarm.resolved import Swarm
 
 
-def reached(spec: SpecFiles, *, lab: bool, lab_name: str) -> tuple[Swarm, PinFile, Exchange]:
+def reached(where: Where) -> tuple[Swarm, PinFile, Exchange]:
     """Returns the swarm, its pinned keys, and what exchanges keys with its hosts; exits without keys."""
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy.public_keys import exchanged
 
-    document = console.read_document(spec)
-    name = options.lab_of(document, lab, lab_name)
-    swarm = console.swarm_of(document, name)
+    swarm = where.swarm(console.read_document(where.spec))
     if not swarm.overlay:
-        console.fail(f"{spec.first} has no WireGuard keys", "they belong to `security: sealed`")
-    pins = pin_file.read(spec, swarm.name, name)
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+        console.fail(f"{where.spec.first} has no WireGuard keys", "they belong to `security: sealed`")
+    pins = pin_file.read(where.spec, swarm.name, where.lab_of(swarm.name))
+    targets = where.targets(swarm)
     way = transport()
 
     return swarm, pins, lambda requests: exchanged(requests, targets, way)

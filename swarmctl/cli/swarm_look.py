@@ -9,8 +9,8 @@ from functools import cached_property
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from swarmctl.cli import console, exit_codes, options, selected
-from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.cli import console, exit_codes, selected
+from swarmctl.cli.where import Where
 
 if TYPE_CHECKING:
     from swarm_onboard.agent.verbs.probe import Answer
@@ -55,38 +55,29 @@ class Expected:
         return health.status(self.graph, outcomes, diagnose(self.graph, outcomes, self._launched))
 
 
-def expected(spec: SpecFiles, limit: list[str] | None, *, lab: bool, lab_name: str) -> Expected:
+def expected(where: Where) -> Expected:
     """What is expected of the hosts of a spec, of all or of the selected ones."""
     from swarmctl.health.expected_graph import Release, expected_graph
     from swarmctl.render.build_bundle import bundles
 
-    document = console.read_document(spec)
-    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
+    document = console.read_document(where.spec)
+    swarm = where.swarm(document)
     wanted = bundles(swarm)
     releases = {
         name: Release(
             wanted[name].digest, tuple(unit.name for unit in wanted[name].units), tuple(wanted[name].requires)
         )
-        for name in selected.hosts(swarm.candidates, limit)
+        for name in selected.hosts(swarm.candidates, where.limit)
         if wanted[name].files
     }
     return Expected(document, swarm, expected_graph(swarm, releases))
 
 
-def looking(
-    spec: SpecFiles,
-    limit: list[str] | None,
-    transport: Transport,
-    *,
-    lab: bool,
-    lab_name: str,
-    window: float,
-    parallel: int,
-) -> Looking:
+def looking(where: Where, transport: Transport, window: float) -> Looking:
     """A function that observes all hosts and diagnoses the swarm."""
-    wanted = expected(spec, limit, lab=lab, lab_name=lab_name)
-    targets = options.targets(spec, wanted.swarm, lab=lab, lab_name=lab_name)
-    return looking_at(wanted, targets, transport, window=window, parallel=parallel)
+    wanted = expected(where)
+    targets = where.targets(wanted.swarm)
+    return looking_at(wanted, targets, transport, window=window, parallel=where.parallel)
 
 
 def looking_at(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from contextlib import closing
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 import typer
 
 from swarmctl import streams
-from swarmctl.cli import console, exit_codes, next_command, options, ros_tools
+from swarmctl.cli import console, exit_codes, ros_tools
+from swarmctl.cli.where import Where
 from swarmctl.remote import host_commands
 from swarmctl.remote.host_commands import MARK, Ran
 from swarmctl.remote.parallel_hosts import Event, Finished, Note
@@ -21,16 +22,13 @@ from swarmctl.swarm import topic_island
 from swarmctl.swarm.resolved import Island, Swarm
 from swarmctl.views.escape import printable
 
-if TYPE_CHECKING:
-    from swarmctl.cli.spec_args import SpecFiles
-
 
 class TopicHost:
     """A topic, and the host on which its tool runs; exits with an error if that is not known."""
 
-    def __init__(self, spec: SpecFiles, topic: str, island: str, host: str) -> None:
-        self._spec, self.topic = spec, topic_island.full_name(topic)
-        self._swarm = console.read_spec(spec)
+    def __init__(self, where: Where, topic: str, island: str, host: str) -> None:
+        self._where, self.topic = where, topic_island.full_name(topic)
+        self._swarm = console.read_spec(where.spec)
         there = _island(self._swarm, self.topic, island, host)
         self.middleware = middleware_of(there.distro)
         if host and host not in there.hosts:
@@ -60,13 +58,11 @@ class TopicHost:
             )
         console.show(text, error=True)
 
-    def exit(
-        self, words: Sequence[str], *, lab: bool, lab_name: str, messages: int | None = None
-    ) -> NoReturn:
+    def exit(self, words: Sequence[str], *, messages: int | None = None) -> NoReturn:
         """Runs the tool, prints its lines as they come, and exits with its exit code."""
         from swarmctl.cli.ssh_targets import transport
 
-        target = options.targets(self._spec, self._swarm, lab=lab, lab_name=lab_name)[self._host]
+        target = self._where.targets(self._swarm)[self._host]
         line = self.middleware.topic_tool.line(self._swarm.name, words)
         events = host_commands.run([target], line, transport(become=False), parallel=1, follow=True)
         with console.until_ctrl_c(), closing(events):
@@ -74,9 +70,10 @@ class TopicHost:
         if ended is None:
             raise typer.Exit(exit_codes.OK)
         if error := lack_of(ended, self._swarm.name, self.middleware):
-            complete = next_command.completing(self._spec, next_command.where(lab=lab, lab_name=lab_name))
             code = exit_codes.HOSTS_FAILED if error.reached else exit_codes.HOSTS_UNREACHABLE
-            console.fail(error.message, *([complete(error.hint)] if error.hint else []), code=code)
+            console.fail(
+                error.message, *([self._where.complete(error.hint)] if error.hint else []), code=code
+            )
         raise typer.Exit(ended.status or exit_codes.OK)
 
 

@@ -6,10 +6,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from swarmctl.cli import console, options, pin_file
+from swarmctl.cli import console, pin_file
+from swarmctl.cli.where import Where
 
 if TYPE_CHECKING:
-    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.remote.transport import HostError
     from swarmctl.swarm.resolved import Swarm
 
@@ -22,15 +22,7 @@ class Pins:
     failed: dict[str, HostError]
 
 
-def pin(
-    spec: SpecFiles,
-    swarm: Swarm,
-    hosts: Collection[str],
-    replaceable: Collection[str],
-    *,
-    lab: bool,
-    lab_name: str,
-) -> Pins:
+def pin(where: Where, swarm: Swarm, hosts: Collection[str], replaceable: Collection[str]) -> Pins:
     """Fetches the keys of ``hosts`` over SSH and pins the new ones, and changed ones of ``replaceable``.
 
     A key that another one takes the place of is retired. Expelled hosts are left out unless replaceable.
@@ -43,8 +35,8 @@ def pin(
     from swarmctl.remote.transport import HostError, Kind
     from swarmctl.yamltext import hostlist
 
-    pins = pin_file.read(spec, swarm.name, options.lab_named(swarm.name, lab, lab_name))
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    pins = pin_file.read(where.spec, swarm.name, where.lab_of(swarm.name))
+    targets = where.targets(swarm)
     before = pins.keys
     wanted = {
         host: replace(targets[host], expelled=targets[host].expelled and host not in replaceable)

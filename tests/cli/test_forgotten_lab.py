@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from swarmctl.cli import exit_codes, options
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from swarmctl.cli.where import Where
 from swarmctl.lab import lab_state, supervisor_client
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import HostError, Kind, Target
@@ -23,7 +24,7 @@ def silent_hosts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         raise HostError(Kind.UNREACHABLE, "no answer", "is the host switched on?")
 
     targets = {name: Target(name, "192.0.2.1", "robot") for name in ("koala-laptop", "k3-pi", "epuck-pi")}
-    monkeypatch.setattr(options, "targets", lambda *_, **__: targets)
+    monkeypatch.setattr(Where, "targets", lambda *_, **__: targets)
     monkeypatch.setattr(SshTransport, "connect", connect)
     monkeypatch.setenv("SWARMCTL_STATE", str(tmp_path / "state"))
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "journal"))

@@ -13,9 +13,10 @@ from swarm_onboard.command.authority import Sender
 from swarm_onboard.command.command_log import CommandLog
 from swarm_onboard.common.record_chain import FILE, OLDER
 
-from swarmctl.cli import exit_codes, options, ssh_targets
+from swarmctl.cli import exit_codes, ssh_targets
 from swarmctl.cli.app import run
 from swarmctl.cli.ssh_targets import NamedHosts
+from swarmctl.cli.where import Where
 from swarmctl.deploy import journal
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from tests.cli.test_left_hosts import fake
@@ -53,7 +54,7 @@ def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FakeHost:
     def targets(_spec: object, swarm: NamedHosts, **_: object) -> Mapping[str, Target]:
         return {one.name: Target(one.name, one.address, one.user, one.port) for one in swarm.hosts.values()}
 
-    monkeypatch.setattr(options, "targets", targets)
+    monkeypatch.setattr(Where, "targets", targets)
     monkeypatch.setattr(ssh_targets, "transport", Transport)
     return made
 

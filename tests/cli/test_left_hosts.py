@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from swarm_onboard.agent.host_list import HostLogin
 
-from swarmctl.cli import exit_codes, options, ssh_targets
+from swarmctl.cli import exit_codes, ssh_targets
 from swarmctl.cli.app import run
 from swarmctl.cli.ssh_targets import NamedHosts
+from swarmctl.cli.where import Where
 from swarmctl.deploy import journal
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from tests.onboard.agent.fakehost import FakeHost
@@ -64,7 +65,7 @@ def left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, elsewhere: dict[str, F
     def targets(_spec: object, swarm: NamedHosts, **_: object) -> Mapping[str, Target]:
         return {one.name: Target(one.name, one.address, one.user, one.port) for one in swarm.hosts.values()}
 
-    monkeypatch.setattr(options, "targets", targets)
+    monkeypatch.setattr(Where, "targets", targets)
     monkeypatch.setattr(ssh_targets, "transport", Transport)
     return host
 

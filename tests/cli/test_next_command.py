@@ -13,6 +13,7 @@ import typer
 from swarmctl.cli import exit_codes, next_command
 from swarmctl.cli.app import app, run
 from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.cli.where import Where
 from swarmctl.lab import paths
 from tests.cli.terminal import shown_by
 
@@ -59,8 +60,7 @@ def test_no_terminal_sees_the_next_command(folder: Path, capsys: pytest.CaptureF
 
 def test_the_next_command_can_be_pasted() -> None:
     spec = SpecFiles((Path("my lab/swarm.yaml"), Path("night.yaml")))
-    where = next_command.where(lab_name="second", limit=["k3-pi"])
-    shown = spec.command("status", *where)
+    shown = Where(spec, lab_name="second", limit=["k3-pi"]).command("status")
     assert shown == "swarmctl status 'my lab/swarm.yaml' -f night.yaml --lab-name second --limit k3-pi"
 
 
@@ -93,10 +93,10 @@ def test_elsewhere_the_missing_spec_is_named(tmp_path: Path, monkeypatch: pytest
 
 def test_the_next_command_has_the_workers_if_its_verb_does() -> None:
     spec = SpecFiles((Path("swarm.yaml"),))
-    where = next_command.where(limit=["k3-pi"], executor="dask://h:1")
-    complete = next_command.completing(spec, where)
+    where = Where(spec, limit=["k3-pi"], executor="dask://h:1")
+    complete = where.complete
     with_workers = "--executor dask://h:1 --limit k3-pi"
-    assert spec.command("deploy", *next_command.fitting("deploy", where)).endswith(f"deploy {with_workers}")
+    assert where.command("deploy").endswith(f"deploy {with_workers}")
     assert complete("`swarmctl plan` shows it").startswith(f"`swarmctl plan {with_workers}`")
     assert complete("`swarmctl prepare` installs it").startswith("`swarmctl prepare --limit k3-pi`")
     assert complete("`swarmctl start` first").startswith("`swarmctl start`")

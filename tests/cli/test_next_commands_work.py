@@ -18,8 +18,9 @@ import typer
 from swarm_onboard.agent.steps import Kind as StepKind
 from swarm_onboard.agent.steps import Step
 
-from swarmctl.cli import console, options, selected
+from swarmctl.cli import console, selected
 from swarmctl.cli.app import app, run
+from swarmctl.cli.where import Where
 from swarmctl.deploy import rollout
 from swarmctl.deploy.deployment import Deployment, ObservedHost
 from swarmctl.deploy.outcome import Removed
@@ -93,7 +94,7 @@ def screen(tmp_path: Path, leader_spec: Path, monkeypatch: pytest.MonkeyPatch) -
 @pytest.fixture
 def hosts(monkeypatch: pytest.MonkeyPatch) -> None:
     found = {name: Target(name, "192.0.2.1", "robot") for name in HOSTS}
-    monkeypatch.setattr(options, "targets", lambda *_, **__: found)
+    monkeypatch.setattr(Where, "targets", lambda *_, **__: found)
 
 
 def looking(errors: Mapping[str, HostError]) -> Callable[..., ObservedHost]:

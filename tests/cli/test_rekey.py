@@ -10,7 +10,8 @@ import pytest
 from swarm_onboard.agent.verbs.wireguard_key import Answer, Request
 from swarm_onboard.tunnel.keys import Keys, line
 
-from swarmctl.cli import exit_codes, options
+from swarmctl.cli import exit_codes
+from swarmctl.cli.where import Where
 from swarmctl.deploy import public_keys
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests import ROOT, in_process
@@ -48,7 +49,7 @@ def hosts(monkeypatch: pytest.MonkeyPatch) -> Hosts:
     made = Hosts()
     targets = {name: Target(name, "192.168.77.1", "robot") for name in HOSTS}
     monkeypatch.setattr(public_keys, "exchanged", made.exchanged)
-    monkeypatch.setattr(options, "_real_targets", lambda *_: targets)
+    monkeypatch.setattr(Where, "_real_targets", lambda *_: targets)
     return made
 
 

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from swarm_onboard.agent.verbs.history import Answer
 
 from swarmctl.adoption.changes import EditedFile
-from swarmctl.cli import exit_codes, options
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from swarmctl.cli.where import Where
 from swarmctl.deploy import edits_on_hosts, histories, rollout
 from swarmctl.health import collect, host_logs, report_archive
 from swarmctl.health.host_logs import HostLog
@@ -88,7 +89,7 @@ def swarm(
         histories, "histories", lambda *_, **__: [Finished(host, unchanged, 0.0) for host in HOSTS]
     )
     reach = {host.name: Target(host.name, host.address, "robot") for host in graph().hosts}
-    monkeypatch.setattr(options, "targets", lambda *_, **__: reach)
+    monkeypatch.setattr(Where, "targets", lambda *_, **__: reach)
     return found
 
 

@@ -12,6 +12,7 @@ from swarm_onboard.agent.steps import Kind, Step
 from swarmctl.cli import saved_plan
 from swarmctl.cli.app import run
 from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.cli.where import Where
 from swarmctl.plan.plan import HostPlan, Plan, Problem
 
 STEP = Step(Kind.UPDATE, "params/k3.yaml", "changed, from robots.k3")
@@ -24,7 +25,8 @@ def saved(tmp_path: Path, **more: object) -> saved_plan.SavedPlan:
     (tmp_path / "lab").mkdir(exist_ok=True)
     files = (tmp_path / "swarm.yaml", tmp_path / "lab/night.yaml")
     values = {"lab": True, "lab_name": "b", "limit": ["k*"], **more}
-    made = saved_plan.SavedPlan(SpecFiles(files), hosts=saved_plan.hosts_of(MADE), **values)  # type: ignore[arg-type]
+    where = Where(SpecFiles(files), **values)  # type: ignore[arg-type]
+    made = saved_plan.SavedPlan(where, saved_plan.hosts_of(MADE))
     made.write(tmp_path / "lab/monday.plan")
     found = saved_plan.read(SpecFiles((tmp_path / "lab/monday.plan",)))
     assert found == made

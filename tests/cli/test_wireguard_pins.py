@@ -10,8 +10,9 @@ import pytest
 from swarm_onboard.agent.verbs.wireguard_key import Answer
 from swarm_onboard.tunnel.keys import Keys
 
-from swarmctl.cli import exit_codes, options
+from swarmctl.cli import exit_codes
 from swarmctl.cli.verbs import trust
+from swarmctl.cli.where import Where
 from swarmctl.deploy import public_keys
 from swarmctl.lab import paths
 from swarmctl.remote.transport import HostError, Kind, Target
@@ -43,8 +44,8 @@ def answers(monkeypatch: pytest.MonkeyPatch) -> Answers:
     made = Answers()
     targets = {name: Target(name, "192.168.77.1", "robot", 22, (), ()) for name in HOSTS}
     monkeypatch.setattr(public_keys, "exchanged", made.exchanged)
-    monkeypatch.setattr(options, "_real_targets", lambda *_: targets)
-    monkeypatch.setattr(options, "_lab_targets", lambda *_: targets)
+    monkeypatch.setattr(Where, "_real_targets", lambda *_: targets)
+    monkeypatch.setattr(Where, "_lab_targets", lambda *_: targets)
     monkeypatch.setattr(
         trust, "_pin_ssh", lambda _spec, swarm, host, **__: (host or list(swarm.hosts), {}, [])
     )

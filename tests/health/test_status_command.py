@@ -11,8 +11,9 @@ from jsonschema import Draft202012Validator, ValidationError
 from lxml import etree
 from swarm_onboard.agent.verbs.probe import Answer
 
-from swarmctl.cli import exit_codes, options
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from swarmctl.cli.where import Where
 from swarmctl.health import collect as asking
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.status_schema import status_schema
@@ -55,7 +56,7 @@ def hosts(monkeypatch: pytest.MonkeyPatch) -> Hosts:
     found = Hosts()
     monkeypatch.setattr(asking, "probe_hosts", found.ask)
     reach = {host.name: Target(host.name, host.address, "robot") for host in graph().hosts}
-    monkeypatch.setattr(options, "targets", lambda *_, **__: reach)
+    monkeypatch.setattr(Where, "targets", lambda *_, **__: reach)
     return found
 
 

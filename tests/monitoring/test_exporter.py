@@ -13,8 +13,9 @@ from typing import Any
 
 import pytest
 
-from swarmctl.cli import exit_codes, options
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from swarmctl.cli.where import Where
 from swarmctl.health import collect as asking
 from swarmctl.remote.transport import Target
 from tests.health.swarm_values import all_well, graph
@@ -36,7 +37,7 @@ def probed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Probe]:
 
     monkeypatch.setattr(asking, "probe_hosts", probe_hosts)
     reach = {host.name: Target(host.name, host.address, "robot") for host in graph().hosts}
-    monkeypatch.setattr(options, "targets", lambda *_, **__: reach)
+    monkeypatch.setattr(Where, "targets", lambda *_, **__: reach)
     return rounds
 
 

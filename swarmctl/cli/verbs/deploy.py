@@ -10,22 +10,20 @@ from swarmctl.cli import (
     adopting,
     console,
     deploy_steps,
-    executors,
     exit_codes,
     forgotten_lab,
     left_hosts,
-    next_command,
     options,
     rollout_output,
     saved_plan,
     selected,
 )
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from swarmctl.analysis.impact import Impact
-    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.outcome import Result
     from swarmctl.render.bundle import Bundle
@@ -33,9 +31,9 @@ if TYPE_CHECKING:
     from swarmctl.swarm.resolved import Host
 
 
+@with_where("limit", "parallel", "executor", "no_reuse")
 def deploy(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
+    where: Where,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not show the plan and ask first.")] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show the plan and the order of the hosts. Changes nothing.")
@@ -116,12 +114,6 @@ def deploy(
             help="Wait so long for robots that are in use, or whose `maintenance` does not hold yet.",
         ),
     ] = 0.0,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    limit: options.Limit = None,
-    parallel: options.Parallel = options.PARALLEL,
-    executor: executors.Executor = "",
-    no_reuse: executors.NoReuse = False,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -138,23 +130,20 @@ def deploy(
     from swarmctl.render.middleware import middleware_of
 
     sizes = deploy_steps.sizes(serial)
-    if saved := saved_plan.read(spec):
-        saved.check_options(overlays, limit, lab=lab, lab_name=lab_name)
-        spec, lab, lab_name, limit = saved.spec, saved.lab, saved.lab_name, saved.limit
+    if saved := saved_plan.read(where.spec):
+        where = saved.applied(where)
     adopting.check_options(adopt=adopt, into=into, saved=saved is not None)
     if adopt:
-        spec = adopting.before_deploy(
-            spec, into, limit, lab=(lab, lab_name), executor=executor, reuse=not no_reuse, parallel=parallel,
-            yes=yes, writes=not dry_run, overwrites=overwrite_edits, quiet=json,
-        )  # fmt: skip
-    document = console.read_document(spec)
-    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
+        where = adopting.before_deploy(
+            where, into, yes=yes, writes=not dry_run, overwrites=overwrite_edits, quiet=json
+        )
+    document = console.read_document(where.spec)
+    swarm = where.swarm(document)
     wanted = bundles(swarm)
-    in_lab = options.in_lab(lab, lab_name)
     if retry_failed:
-        limit = _failed(journal.failed(journal.folder(swarm.name), lab=in_lab), swarm.hosts, limit)
-    wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, limit)}
-    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
+        failed = journal.failed(journal.folder(swarm.name), lab=where.in_lab)
+        where = where.limited(*_failed(failed, swarm.hosts, where.limit))
+    wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, where.limit)}
     rules = Rules(
         None if keep_going else max_fail,
         [name for name in wanted if swarm.hosts[name].optional],
@@ -165,12 +154,12 @@ def deploy(
     )
     stop, lists = Stop(), left_hosts.lists_of(swarm)
     shared = frozenset().union(*(middleware_of(one).shared_files for one in swarm.distros))
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    secrets = options.secrets(spec, wanted)
-    view = deploy_steps.View("deploy", spec, swarm, where, details=details, json=json)
-    with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets), reuse=not no_reuse) as transport:
+    targets = where.targets(swarm)
+    secrets = where.secrets(wanted)
+    view = deploy_steps.View("deploy", swarm, where, details=details, json=json)
+    with where.transport(secrets=bool(secrets)) as transport:
         deployment = Deployment(
-            wanted, targets, transport, rules=rules, parallel=parallel, stop=stop, secrets=secrets,
+            wanted, targets, transport, rules=rules, parallel=where.parallel, stop=stop, secrets=secrets,
             host_lists=lists, dependents=Dependents(swarm), recovers=not dry_run,
         )  # fmt: skip
         found = view.executed(
@@ -185,18 +174,18 @@ def deploy(
         console.print_json(rollout_output.document(swarm.name, found))
     else:
         rollout_output.report(
-            swarm, found, next_command.completing(spec, where), absent,
+            swarm, found, where.complete, absent,
             details=details, interrupted=stop.requested,
         )  # fmt: skip
-    if not in_lab:
-        forgotten_lab.guess("deploy", spec, swarm.name, rollout_output.errors(found), limit)
+    if not where.in_lab:
+        forgotten_lab.guess("deploy", where, swarm.name, rollout_output.errors(found))
     with rollout_output.journal_warnings():
-        _remember(found, wanted, swarm.hosts, in_lab=in_lab)
-        left = left_hosts.left_hosts(swarm, lists, in_lab=in_lab)
-        rollout_output.warn_of_left_hosts(left, spec, next_command.where(lab=lab, lab_name=lab_name))
+        _remember(found, wanted, swarm.hosts, in_lab=where.in_lab)
+        left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab)
+        rollout_output.warn_of_left_hosts(left, where)
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
     if not json:
-        _advise(spec, where, found, absent, code, (lab, lab_name), executor)
+        _advise(where, found, absent, code)
     raise typer.Exit(code)
 
 
@@ -227,31 +216,21 @@ def _remember(
             journal.remember(place, name, wanted[name].digest, wanted[name].manifest, login)
 
 
-def _advise(
-    spec: SpecFiles,
-    where: list[str],
-    found: Mapping[str, Result],
-    absent: tuple[str, ...],
-    code: int,
-    in_lab: tuple[bool, str],
-    executor: str,
-) -> None:
+def _advise(where: Where, found: Mapping[str, Result], absent: tuple[str, ...], code: int) -> None:
     """What comes after a deploy: hosts to prepare, to leave out or to try again, or a look at the swarm."""
     from swarmctl.plan.preflight import PREPARE_INSTALLS
 
     lacking = rollout_output.unfit(found, PREPARE_INSTALLS)
     if lacking:
-        preparing = spec.command("prepare", *next_command.fitting("prepare", where))
+        preparing = where.command("prepare")
         console.err().print(f"help: `{preparing}` makes {lacking} fit")
     if rollout_output.held(found):
-        going = spec.command("deploy", *where, "--keep-going")
+        going = where.command("deploy", "--keep-going")
         console.err().print(f"help: `{going}` changes the other hosts without them")
     if code == exit_codes.OK:
-        next_command.advise("status", spec, *where)
+        where.advise("status")
     elif code != exit_codes.INTERRUPTED and not lacking:
-        rollout_output.advise_again(
-            "deploy", spec, found, absent, lab=in_lab[0], lab_name=in_lab[1], executor=executor
-        )
+        rollout_output.advise_again("deploy", where, found, absent)
 
 
 def _impacts(document: Document, deployment: Deployment) -> Sequence[Impact]:

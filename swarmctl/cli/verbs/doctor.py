@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import complete, console, exit_codes, next_command, options, selected, stop_targets
+from swarmctl.cli import complete, console, exit_codes, options, selected, stop_targets
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.health.first_aid import Step
     from swarmctl.remote.transport import Target, Transport
 
 
+@with_where()
 def doctor(
-    spec: options.Spec,
+    where: Where,
     host: Annotated[
         str | None,
         typer.Argument(
@@ -24,9 +26,6 @@ def doctor(
             autocompletion=complete.hosts_and_robots,
         ),
     ] = None,
-    overlays: options.Overlays = None,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
     json: options.Json = False,
 ) -> None:
     """Find what keeps this machine from a host, one check after the other, each with its remedy."""
@@ -37,14 +36,13 @@ def doctor(
     from swarmctl.remote.first_contact import FirstContact
     from swarmctl.views.doctor import lines
 
-    reach = stop_targets.read(spec)
+    reach = stop_targets.read(where.spec)
     name = selected.one(reach.candidates, host, "hosts", "HOST") if host else ""
     if name and name not in reach.hosts:
         console.fail(f"the spec has no address for {name}")
-    targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
+    targets = where.targets(reach)
     ssh = transport()
-    where = next_command.where(lab=lab, lab_name=lab_name)
-    complete_hint = next_command.completing(spec, where)
+    complete_hint = where.complete
     found: list[dict[str, str]] = []
 
     def make(about: str, todo: Iterable[Step]) -> None:
@@ -59,7 +57,7 @@ def doctor(
                 {"host": about, "check": check.name, "state": state, "message": message, "hint": hint}
             )
 
-    make("", steps(spec, [targets[name]] if name else list(targets.values())))
+    make("", steps(where.spec, [targets[name]] if name else list(targets.values())))
     name = name or _first_away(targets, ssh, silent=json)
     if name:
         make(name, host_steps(targets[name], FirstContact(ssh)))
@@ -67,7 +65,7 @@ def doctor(
     if json:
         console.print_json({"v": 1, "swarm": reach.name, "checks": found})
     elif not sick:
-        next_command.advise("status", spec, *where, *(["--limit", name] if name else []))
+        where.advise("status", *(["--limit", name] if name else []))
     raise typer.Exit(exit_codes.UNHEALTHY if sick else exit_codes.OK)
 
 

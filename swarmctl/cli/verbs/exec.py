@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import complete, console, exit_codes, next_command, options, selected, stop_targets
+from swarmctl.cli import complete, console, exit_codes, options, selected, stop_targets
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.remote.host_commands import Ran
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
 _EVERY = "all"
 
 
+@with_where("parallel", overlays=options.LongOverlays)
 def exec(  # noqa: A001  (the verb is called so)
-    spec: options.Spec,
+    where: Where,
     selection: Annotated[
         str,
         typer.Argument(
@@ -32,10 +34,6 @@ def exec(  # noqa: A001  (the verb is called so)
             metavar="COMMAND", help="After `--`: one word is a shell line, several stay as they are."
         ),
     ],
-    overlays: options.LongOverlays = None,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    parallel: options.Parallel = options.PARALLEL,
     follow: Annotated[
         bool, typer.Option("--follow", "-f", help="Print each line as it comes, after the name of its host.")
     ] = False,
@@ -52,16 +50,15 @@ def exec(  # noqa: A001  (the verb is called so)
 
     if follow and json:
         console.fail("--follow and --json exclude each other", code=exit_codes.USAGE)
-    reach = stop_targets.read(spec)
+    reach = stop_targets.read(where.spec)
     names = _chosen(reach.candidates, selection, command, reach.hosts)
-    targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
+    targets = where.targets(reach)
     found: dict[str, Ran] = {}
     events = host_commands.run(
         [targets[name] for name in names], host_commands.shell_command(command), transport(become=False),
-        parallel=parallel, follow=follow,
+        parallel=where.parallel, follow=follow,
     )  # fmt: skip
-    where = next_command.where(lab=lab, lab_name=lab_name)
-    hint = next_command.completing(spec, where)
+    hint = where.complete
     interrupted = False
     with console.err().status(f"0 of {len(names)} hosts are done") as progress:
         if follow or not console.err().is_terminal:
@@ -84,7 +81,7 @@ def exec(  # noqa: A001  (the verb is called so)
     if interrupted:
         _say_interrupted([name for name in names if name not in found])
     elif not (json or follow):
-        next_command.advise_doctor(spec, {one.host: one.error for one in results if one.error}, where)
+        where.advise_doctor({one.host: one.error for one in results if one.error})
     raise typer.Exit(exit_codes.INTERRUPTED if interrupted else exit_code(results))
 
 

@@ -6,16 +6,15 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console, deploy_steps, next_command, options, sealed_hosts, selected
+from swarmctl.cli import console, deploy_steps, next_command, sealed_hosts, selected
+from swarmctl.cli.where import Where, with_where
 
 
+@with_where()
 def expel(
-    spec: options.Spec,
+    where: Where,
     host: Annotated[str, typer.Argument(metavar="HOST", help="The host that was lost.", show_default=False)],
-    overlays: options.Overlays = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask first.")] = False,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
 ) -> None:
     """Retire the WireGuard keys of a lost host on all others, at once and for good.
 
@@ -25,7 +24,7 @@ def expel(
     from swarmctl.deploy import rekey as keys
     from swarmctl.yamltext import hostlist
 
-    swarm, pins, exchange = sealed_hosts.reached(spec, lab=lab, lab_name=lab_name)
+    swarm, pins, exchange = sealed_hosts.reached(where)
     lost = selected.one(swarm.candidates, host, "hosts", "HOST")
     if not {lost} & (pins.keys.live.keys() | pins.keys.retired.keys()):
         console.fail(f"{lost} has no pinned WireGuard key: no host accepts it", f"{pins.path} has none")
@@ -36,5 +35,5 @@ def expel(
     without = f"; not accepted any more by {hostlist.written(done)}" if done else ""
     console.out().print(f"{lost} is expelled, in {pins.path}{without}")
     sealed_hosts.show_errors(behind, f"accepts {lost} until the next deploy, or the same command, reaches it")
-    next_command.advise("graph", spec, "--impact")
+    next_command.advise("graph", where.spec, "--impact")
     sealed_hosts.end(behind)

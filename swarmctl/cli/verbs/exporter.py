@@ -10,7 +10,8 @@ from urllib.parse import urlsplit
 
 import typer
 
-from swarmctl.cli import console, executors, exit_codes, options, swarm_look
+from swarmctl.cli import console, exit_codes, options, swarm_look
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.views.status_metrics import LastLook
@@ -18,9 +19,9 @@ if TYPE_CHECKING:
 _USUAL = "127.0.0.1:9842"
 
 
+@with_where("limit", "parallel", "executor")
 def exporter(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
+    where: Where,
     listen: Annotated[
         str, typer.Option(metavar="ADDRESS:PORT", help="Where Prometheus reaches /metrics.")
     ] = _USUAL,
@@ -28,11 +29,6 @@ def exporter(
         float, typer.Option(min=1.0, metavar="SECONDS", help="Interval of the looks at the hosts.")
     ] = 30.0,
     window: options.Window = options.WINDOW,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    limit: options.Limit = None,
-    parallel: options.Parallel = options.PARALLEL,
-    executor: executors.Executor = "",
 ) -> None:
     """Serve the health of the swarm to Prometheus, until Ctrl-C.
 
@@ -43,13 +39,8 @@ def exporter(
 
     last = LastLook()
     # The server comes first: --lab moves this thread, not its socket, into the network of the lab.
-    with (
-        _served(last, listen),
-        executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport,
-    ):
-        looking = swarm_look.looking(
-            spec, limit, transport, lab=lab, lab_name=lab_name, window=window, parallel=parallel
-        )
+    with _served(last, listen), where.transport() as transport:
+        looking = swarm_look.looking(where, transport, window)
         console.err().print(f"serving http://{listen}/metrics, a look every {every:g} s; Ctrl-C ends it")
         with console.until_ctrl_c():
             while True:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from swarmctl.cli import complete, console, exit_codes, next_command, options, selected
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.deploy.flash import Job
@@ -65,10 +66,10 @@ def build(
 
 
 @firmware.command(epilog=exit_codes.epilog(exit_codes.HOSTS_FAILED, exit_codes.HOSTS_UNREACHABLE))
+@with_where()
 def flash(
-    spec: options.Spec,
+    where: Where,
     robots: Robots = None,
-    overlays: options.Overlays = None,
     programmer: Annotated[
         str, typer.Option("--programmer", metavar="ID", help="The programmer; see `avrdude -c ?`.")
     ] = PROGRAMMER,
@@ -83,8 +84,6 @@ def flash(
     out: Out = BUILT,
     core: Core = None,
     stop_robots: options.StopRobots = False,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
 ) -> None:  # fmt: skip
     """Build the sketch, copy it to the robot's host and write it to the board. The driver is stopped.
 
@@ -92,7 +91,7 @@ def flash(
     """
     from swarmctl.views import firmware as view
 
-    swarm = console.read_spec(spec)
+    swarm = console.read_spec(where.spec)
     jobs = []
     for name, sketch in _chosen(swarm, robots or []).items():
         made = _built(name, sketch, out, core)
@@ -103,11 +102,11 @@ def flash(
             host = swarm.hosts[job.host]
             print(view.steps(job, f"{host.name} ({host.user}@{host.address})"))
         return
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    targets = where.targets(swarm)
     code = _flash(jobs, targets, stop_robots=stop_robots)
     if code == exit_codes.OK:
-        limit = [next_command.selection(dict.fromkeys(job.host for job in jobs))]
-        next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name, limit=limit))
+        hosts = dict.fromkeys(job.host for job in jobs)
+        where.limited(next_command.selection(hosts)).advise("status")
     raise typer.Exit(code)
 
 

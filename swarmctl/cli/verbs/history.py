@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, options, selected
+from swarmctl.cli import console, exit_codes, options, selected
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -25,14 +26,10 @@ Commands = Annotated[
 ]
 
 
+@with_where("limit", "parallel")
 def history(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
+    where: Where,
     commands: Commands = False,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    limit: options.Limit = None,
-    parallel: options.Parallel = options.PARALLEL,
     json: options.Json = False,
 ) -> None:
     """List the runs that changed the hosts, or who commanded their robots.
@@ -45,24 +42,22 @@ def history(
     from swarmctl.plan.history import runs
     from swarmctl.views.history import history_text
 
-    swarm = console.read_spec(spec)
-    names = selected.hosts(swarm.candidates, limit)
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    swarm = console.read_spec(where.spec)
+    names = selected.hosts(swarm.candidates, where.limit)
+    targets = where.targets(swarm)
     chosen = [targets[name] for name in names]
     if commands:
-        in_lab = lab or bool(lab_name)
-        _print_commands(swarm.name, chosen, parallel=parallel, in_lab=in_lab, json=json)
-    found, errors = _results(names, histories(swarm.name, chosen, transport(), parallel=parallel))
+        _print_commands(swarm.name, chosen, parallel=where.parallel, in_lab=where.in_lab, json=json)
+    found, errors = _results(names, histories(swarm.name, chosen, transport(), parallel=where.parallel))
     listed = runs({name: one.entries for name, one in found.items()})
     if json:
         hosts = {name: one.to_json() for name, one in errors.items()}
         document = {"v": 1, "swarm": swarm.name, "runs": [run.to_json() for run in listed], "errors": hosts}
         console.print_json(document)
     else:
-        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
         console.out().print(history_text(listed, errors, console.columns()))
         if listed:
-            next_command.advise("rollback", spec, *where, "--dry-run")
+            where.advise("rollback", "--dry-run")
     raise typer.Exit(_code(errors))
 
 

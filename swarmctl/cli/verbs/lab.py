@@ -15,12 +15,12 @@ from swarmctl.cli import (
     console,
     exit_codes,
     lab_targets,
-    next_command,
     options,
     selected,
     spec_args,
 )
 from swarmctl.cli.verbs import firmware, lab_fault, lab_scenario
+from swarmctl.cli.where import Where
 
 if TYPE_CHECKING:
     from swarmctl.swarm.resolved import Swarm
@@ -75,7 +75,7 @@ def up(
         if only:
             plan = part_of(plan, _with_masters(swarm, selected.hosts(swarm.candidates, only, "--only")))
         labs.up(plan, lambda line: console.show(line, error=True))
-    next_command.advise("deploy", spec, *next_command.where(lab=True, lab_name=name, limit=only))
+    Where(spec, lab=True, lab_name=name, limit=only).advise("deploy")
 
 
 def _with_masters(swarm: Swarm, hosts: list[str]) -> list[str]:
@@ -136,7 +136,7 @@ def status(
         console.print_json({"v": 1} | found)
     else:
         console.out().print(view.hosts(found, details=details, width=console.columns()))
-        next_command.advise("status", spec, *next_command.where(lab=True, lab_name=name))
+        Where(spec, lab=True, lab_name=name).advise("status")
 
 
 @lab.command(epilog=exit_codes.epilog())

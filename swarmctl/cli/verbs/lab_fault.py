@@ -7,8 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from swarmctl.cli import complete, console, exit_codes, lab_targets, next_command, options
+from swarmctl.cli import complete, console, exit_codes, lab_targets, options
 from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.cli.where import Where
 from swarmctl.lab.faults.fault_kind import FaultKind
 from swarmctl.lab.faults.kinds import KINDS
 
@@ -58,7 +59,7 @@ def _cause(kind: FaultKind, spec: SpecFiles, selections: list[str], name: str, t
             outcome.setdefault(labs.fault(which, kind.name, target, value), []).append(target)
     for what, targets in outcome.items():
         console.out().print(f"{hostlist.written(targets)}: {what}")
-    next_command.advise("status", spec, *next_command.where(lab=True, lab_name=name))
+    Where(spec, lab=True, lab_name=name).advise("status")
 
 
 def _read(kind: FaultKind, text: str) -> Any:
@@ -116,4 +117,4 @@ def repair(
         labs.repair(which, lambda line: console.show(line, error=True), hosts, robots)
     chosen = hostlist.written([*(hosts or ()), *(robots or ())])
     console.out().print(f"{chosen or f'lab {which}'}: no faults")
-    next_command.advise("status", spec, *next_command.where(lab=True, lab_name=name))
+    Where(spec, lab=True, lab_name=name).advise("status")

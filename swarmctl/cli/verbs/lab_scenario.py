@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, executors, exit_codes, lab_targets, options, swarm_look
+from swarmctl.cli import console, exit_codes, lab_targets, options, swarm_look
 from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.cli.where import Where
 
 if TYPE_CHECKING:
     from swarmctl.health.fault_response import Look, Observer, Response
@@ -43,7 +44,7 @@ def scenario(
     with lab_targets.errors(spec, name):
         lab = _Lab(spec, lab_targets.name_of(spec, name))
         deeds = [(entry, *lab.deeds(entry)) for entry in entries]
-        with executors.transport("", in_lab=True) as transport:
+        with Where(spec, lab=True).transport() as transport:
             observer = Observer(_look(lab, transport), time.monotonic)
             found, problem = _responses(observer, deeds)
     good = not problem and all(one.as_expected for one in found)
@@ -99,15 +100,8 @@ def _look(lab: _Lab, transport: Transport) -> Callable[[], Look]:
     from swarmctl.health.verdict import State
     from swarmctl.views import status as view
 
-    looking = swarm_look.looking(
-        lab.spec,
-        None,
-        transport,
-        lab=True,
-        lab_name=lab.name,
-        window=options.WINDOW,
-        parallel=options.PARALLEL,
-    )
+    where = Where(lab.spec, lab=True, lab_name=lab.name)
+    looking = swarm_look.looking(where, transport, options.WINDOW)
 
     def seen() -> Look:
         status = looking().status

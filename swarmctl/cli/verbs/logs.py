@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, options, selected
+from swarmctl.cli import console, exit_codes, options, selected
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.health.host_logs import HostLog, Question
@@ -36,10 +37,10 @@ class Level(str, Enum):
     FATAL = "fatal"
 
 
+@with_where("parallel", overlays=options.LongOverlays)
 def logs(
-    spec: options.Spec,
+    where: Where,
     selection: options.Selection = None,
-    overlays: options.LongOverlays = None,
     follow: Annotated[bool, typer.Option("--follow", "-f", help="Go on until Ctrl-C.")] = False,
     since: Annotated[
         str, typer.Option(metavar="TIME", help='Not before: 10m, 2h, 21:00, "2026-11-26 21:00".')
@@ -49,9 +50,6 @@ def logs(
     lines: Annotated[
         int, typer.Option("--lines", "-n", min=1, max=10000, metavar="N", help="The last N of each host.")
     ] = 200,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    parallel: options.Parallel = options.PARALLEL,
     json: Annotated[
         bool, typer.Option("--json", callback=console.choose_json, help="Print one JSON object a line.")
     ] = False,
@@ -61,18 +59,17 @@ def logs(
     from swarmctl.health.log_entries import Choice
 
     start, pattern = start_of(since), _pattern(grep)
-    swarm = console.read_spec(spec)
+    swarm = console.read_spec(where.spec)
     parts = selected.parts(swarm.candidates, selection, "SELECTION")
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    targets = where.targets(swarm)
     question = Question(swarm.name, parts, lines, start)
     output = _Output(Choice(level.value, pattern), cut_matters=bool(since), json=json)
     if follow:
         _follow(question, [targets[name] for name in parts], output)
     else:
-        _read(question, [targets[name] for name in parts], output, parallel)
-        where = next_command.where(lab=lab, lab_name=lab_name)
-        if not json and not next_command.advise_doctor(spec, output.away, where) and output.has_errors:
-            next_command.advise("status", spec, *where)
+        _read(question, [targets[name] for name in parts], output, where.parallel)
+        if not json and not where.advise_doctor(output.away) and output.has_errors:
+            where.advise("status")
     raise typer.Exit(output.exit_code())
 
 

@@ -9,29 +9,27 @@ import typer
 
 from swarmctl.cli import (
     console,
-    executors,
     exit_codes,
     forgotten_lab,
     left_hosts,
-    next_command,
     options,
     rollout_output,
     saved_plan,
     selected,
     weakest,
 )
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.plan.plan import Plan
     from swarmctl.render.bundle import Bundle
 
 
+@with_where("limit", "parallel", "executor", "no_reuse")
 def plan(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
+    where: Where,
     diff: Annotated[bool, typer.Option("--diff", help="Show each changed file as a unified diff.")] = False,
     offline: Annotated[
         bool,
@@ -44,12 +42,6 @@ def plan(
         Path | None,
         typer.Option("--out", "-o", metavar="FILE", help="Write the plan for `swarmctl deploy FILE`."),
     ] = None,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    limit: options.Limit = None,
-    parallel: options.Parallel = options.PARALLEL,
-    executor: executors.Executor = "",
-    no_reuse: executors.NoReuse = False,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -60,62 +52,56 @@ def plan(
 
     if offline and saved:
         console.fail("--offline and --out exclude each other", code=exit_codes.USAGE)
-    if offline and executor:
+    if offline and where.executor:
         console.fail("--offline and --executor exclude each other", code=exit_codes.USAGE)
-    document = console.read_document(spec)
-    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
+    document = console.read_document(where.spec)
+    swarm = where.swarm(document)
     wanted = bundles(swarm)
-    wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, limit)}
+    wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, where.limit)}
     lists = left_hosts.lists_of(swarm)
     if offline:
         made = _offline(wanted, diff)
     else:
         from swarmctl.deploy.rollout import observe
 
-        secrets = options.secrets(spec, wanted)
-        targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-        in_lab = options.in_lab(lab, lab_name)
-        with executors.transport(
-            executor, in_lab=in_lab, secrets=bool(secrets), reuse=not no_reuse
-        ) as transport:
+        secrets = where.secrets(wanted)
+        targets = where.targets(swarm)
+        with where.transport(secrets=bool(secrets)) as transport:
             made = observe(
-                wanted, targets, transport, diff=diff, parallel=parallel, secrets=secrets,
+                wanted, targets, transport, diff=diff, parallel=where.parallel, secrets=secrets,
                 host_lists=lists,
             )  # fmt: skip
     made = weakest.named(made, document)
     if saved:
-        found = saved_plan.hosts_of(made)
-        saved_plan.SavedPlan(spec, lab, lab_name, limit, found).write(saved)
-    left = left_hosts.left_hosts(swarm, lists, in_lab=options.in_lab(lab, lab_name))
+        saved_plan.SavedPlan(where, saved_plan.hosts_of(made)).write(saved)
+    left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab)
     if json:
         console.print_json(made.to_json() | {"left_hosts": sorted((*left[0], *left[1]))})
     else:
-        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
-        complete = next_command.completing(spec, where)
-        view = PlanView(names_of(swarm), diff, details, console.columns(), complete)
+        view = PlanView(names_of(swarm), diff, details, console.columns(), where.complete)
         console.out().print(view.text(made))
-        if not options.in_lab(lab, lab_name):
+        if not where.in_lab:
             kinds = [host.problem.kind for host in made.problems if host.problem]
-            forgotten_lab.guess("plan", spec, swarm.name, kinds, limit)
-        _advise(made, spec, where, in_lab=options.in_lab(lab, lab_name))
-        rollout_output.warn_of_left_hosts(left, spec, next_command.where(lab=lab, lab_name=lab_name))
+            forgotten_lab.guess("plan", where, swarm.name, kinds)
+        _advise(made, where)
+        rollout_output.warn_of_left_hosts(left, where)
     optional = {host.name for host in swarm.hosts.values() if host.optional}
     raise typer.Exit(exit_codes.of_plan(made, optional, detailed=detailed_exitcode))
 
 
-def _advise(made: Plan, spec: SpecFiles, where: list[str], *, in_lab: bool) -> None:
+def _advise(made: Plan, where: Where) -> None:
     """What comes after a plan: keys to pin, hosts to prepare, a deploy, or a look at the running swarm."""
     from swarmctl.plan.preflight import PREPARE_INSTALLS
 
     kinds = {host.problem.kind for host in made.problems if host.problem}
-    if "host-key" in kinds and not in_lab:
-        next_command.advise("trust", spec, *where)
+    if "host-key" in kinds and not where.in_lab:
+        where.advise("trust")
     elif any(host.problem.hint.startswith(PREPARE_INSTALLS) for host in made.problems if host.problem):
-        next_command.advise("prepare", spec, *where)
+        where.advise("prepare")
     elif made.changes:
-        next_command.advise("deploy", spec, *where)
+        where.advise("deploy")
     elif not kinds:
-        next_command.advise("status", spec, *where)
+        where.advise("status")
 
 
 def _offline(wanted: Mapping[str, Bundle], diff: bool) -> Plan:

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, options, package_builds, rollout_output, selected
+from swarmctl.cli import console, exit_codes, options, package_builds, rollout_output, selected
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from collections.abc import Sequence, Set
 
-    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.plan.host_preparation import HostPreparation
 
 
+@with_where("limit", "parallel")
 def prepare(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
+    where: Where,
     plan: Annotated[
         bool, typer.Option("--plan", help="Show what would be done, and change nothing.")
     ] = False,
@@ -32,10 +32,6 @@ def prepare(
             "account of the spec.",
         ),
     ] = "",
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    limit: options.Limit = None,
-    parallel: options.Parallel = options.PARALLEL,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -52,22 +48,21 @@ def prepare(
         console.fail(
             "`--json` asks no question", "add --yes to prepare the hosts, or --plan to see what they lack"
         )
-    document = console.read_document(spec)
-    in_lab = options.lab_of(document, lab, lab_name)
-    swarm = console.swarm_of(document, in_lab)
+    document = console.read_document(where.spec)
+    lab = where.lab_of(document.spec.name)
+    swarm = where.swarm(document)
     made = bundles(swarm)
-    names = selected.hosts(swarm.candidates, limit)
+    names = selected.hosts(swarm.candidates, where.limit)
     wanted = {name: needs_of(swarm, swarm.hosts[name], made[name]) for name in names}
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
-    complete = next_command.completing(spec, where)
+    targets = where.targets(swarm)
+    complete = where.complete
     optional = {name for name in names if swarm.hosts[name].optional}
 
     def observe() -> tuple[HostPreparation, ...]:
-        return hosts.observe(wanted, targets, transport(), login=login, parallel=parallel)
+        return hosts.observe(wanted, targets, transport(), login=login, parallel=where.parallel)
 
     if not yes or plan:
-        seen = package_builds.planned(swarm, observe(), in_lab)
+        seen = package_builds.planned(swarm, observe(), lab)
         if json:
             console.print_json({"v": 1, "swarm": swarm.name, "hosts": [host.to_json() for host in seen]})
         else:
@@ -76,15 +71,15 @@ def prepare(
         if plan or not any(host.steps for host in seen):
             code = exit_code(seen, optional)
             if code == exit_codes.OK and not json:
-                _advise(spec, seen, login, where)
+                _advise(where, seen, login)
             raise typer.Exit(code)
         _confirm(seen)
     with interruptible(rollout_output.note) as stop:
-        events = hosts.prepare(wanted, targets, transport(), login=login, parallel=parallel, stop=stop)
+        events = hosts.prepare(wanted, targets, transport(), login=login, parallel=where.parallel, stop=stop)
         found = rollout_output.results(events, names, quiet=json)
         if not stop.requested:
             found = package_builds.carried_out(
-                swarm, found, observe, targets, in_lab, parallel=parallel, stop=stop, quiet=json
+                swarm, found, observe, targets, lab, parallel=where.parallel, stop=stop, quiet=json
             )
     absent = rollout_output.absent(found, swarm.hosts)
     if json:
@@ -96,19 +91,19 @@ def prepare(
         )  # fmt: skip
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
     if code == exit_codes.OK and not json:
-        next_command.advise("deploy", spec, *where)
+        where.advise("deploy")
     elif not json and code != exit_codes.INTERRUPTED:
-        rollout_output.advise_again("prepare", spec, found, absent, lab=lab, lab_name=lab_name)
+        rollout_output.advise_again("prepare", where, found, absent)
     raise typer.Exit(code)
 
 
-def _advise(spec: SpecFiles, seen: Sequence[HostPreparation], login: str, where: list[str]) -> None:
+def _advise(where: Where, seen: Sequence[HostPreparation], login: str) -> None:
     """After a plan: carry it out, or deploy if there is nothing to do."""
     if any(host.steps for host in seen):
         account = ["--login", login] if login else []
-        next_command.advise("prepare", spec, *where, *account)
+        where.advise("prepare", *account)
     else:
-        next_command.advise("deploy", spec, *where)
+        where.advise("deploy")
 
 
 def exit_code(seen: Sequence[HostPreparation], optional: Set[str]) -> int:

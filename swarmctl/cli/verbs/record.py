@@ -9,16 +9,16 @@ from typing import Annotated
 import typer
 
 from swarmctl.cli import console, exit_codes, next_command, options, selected
+from swarmctl.cli.where import Where, with_where
 
 
+@with_where("limit", "parallel")
 def record(
-    spec: options.Spec,
+    where: Where,
     topics: Annotated[
         list[str] | None,
         typer.Argument(metavar="TOPIC", help="Only these: /k3/odom, '/k3/*', '*/scan'. Without any: all."),
     ] = None,
-    overlays: options.Overlays = None,
-    limit: options.Limit = None,
     duration: Annotated[
         float, typer.Option(min=0.0, metavar="SECONDS", show_default=False, help="End after this time.")
     ] = 0.0,
@@ -30,9 +30,6 @@ def record(
     fetch: Annotated[
         bool, typer.Option("--fetch", help="Record nothing: end what records, and fetch what hosts have.")
     ] = False,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    parallel: options.Parallel = options.PARALLEL,
     json: options.Json = False,
 ) -> None:
     """Record topics in bags, on the hosts that publish them, until Ctrl-C; then fetch the bags.
@@ -45,13 +42,11 @@ def record(
 
     if fetch and (topics or duration):
         console.fail("--fetch records nothing: it has no TOPIC and no --duration", code=exit_codes.USAGE)
-    swarm = console.read_spec(spec)
-    names = selected.hosts(swarm.candidates, limit)
-    reach = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+    swarm = console.read_spec(where.spec)
+    names = selected.hosts(swarm.candidates, where.limit)
+    reach = where.targets(swarm)
     targets = [reach[name] for name in names]
-    complete = next_command.completing(spec, where)
-    hosts = RecordingHosts(swarm, targets, transport(), complete, parallel, json=json)
+    hosts = RecordingHosts(swarm, targets, transport(), where.complete, where.parallel, json=json)
     if not fetch:
         shapes = topics or ["*"]
         accounts = {name: target.user for name, target in reach.items()}
@@ -68,9 +63,9 @@ def record(
     except OSError as error:
         console.fail(console.cannot_write(error, place))
     out = ["--out", str(folder)] if folder else []
-    hosts.fetch(place, spec.command("record", "--fetch", *out, *where))
+    hosts.fetch(place, where.spec.command("record", "--fetch", *out, *where.options))
     if json:
         console.print_json(hosts.document())
     elif hosts.have_bags:
-        next_command.advise("ui", spec, "--bags", str(place))
+        next_command.advise("ui", where.spec, "--bags", str(place))
     raise typer.Exit(hosts.exit_code())

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from swarmctl.cli import console, next_command, options, sealed_hosts, selected
+from swarmctl.cli import console, sealed_hosts, selected
+from swarmctl.cli.where import Where, with_where
 
 
+@with_where("limit")
 def rekey(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
-    limit: options.Limit = None,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
+    where: Where,
 ) -> None:
     """Give the hosts of a sealed swarm new WireGuard keys; the old ones are worth nothing then.
 
@@ -19,14 +17,14 @@ def rekey(
     from swarmctl.deploy import rekey as keys
     from swarmctl.yamltext import hostlist
 
-    swarm, pins, exchange = sealed_hosts.reached(spec, lab=lab, lab_name=lab_name)
+    swarm, pins, exchange = sealed_hosts.reached(where)
     members = keys.members(swarm)
-    chosen = [one for one in selected.hosts(swarm.candidates, limit) if one in members]
+    chosen = [one for one in selected.hosts(swarm.candidates, where.limit) if one in members]
     done = keys.rekey(swarm, chosen, pins, exchange)
     if done.changed:
         console.out().print(f"{hostlist.written(done.changed)}: a new WireGuard key, pinned in {pins.path}")
     sealed_hosts.show_errors(done.kept, "keeps its key")
     behind = {host: one for host, one in done.behind.items() if host not in done.kept}
     sealed_hosts.show_errors(behind, "does not know all keys until the next deploy reaches it")
-    next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name))
+    where.advise("status")
     sealed_hosts.end({**done.kept, **done.behind})

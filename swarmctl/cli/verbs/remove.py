@@ -9,25 +9,24 @@ import typer
 
 from swarmctl.cli import (
     console,
-    executors,
     exit_codes,
     forgotten_lab,
     left_hosts,
-    next_command,
     options,
     orphan_selection,
     rollout_output,
     selected,
 )
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.deploy.host_lists import HostLists, LeftHost
     from swarmctl.remote.transport import Target
 
 
+@with_where("limit", "parallel", "executor", "no_reuse")
 def remove(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
+    where: Where,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask for confirmation.")] = False,
     orphans: Annotated[
         bool,
@@ -43,12 +42,6 @@ def remove(
         ),
     ] = False,
     stop_robots: options.StopRobots = False,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    limit: options.Limit = None,
-    parallel: options.Parallel = options.PARALLEL,
-    executor: executors.Executor = "",
-    no_reuse: executors.NoReuse = False,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -59,72 +52,65 @@ def remove(
     from swarmctl.plan.robots_in_use import Dependents
     from swarmctl.remote.parallel_hosts import interruptible
 
-    swarm = console.read_spec(spec)
-    in_lab = options.in_lab(lab, lab_name)
-    if forget and not (orphans and limit):
+    swarm = console.read_spec(where.spec)
+    if forget and not (orphans and where.limit):
         console.fail(
             "--forget needs --orphans and --limit with the names of the hosts", code=exit_codes.USAGE
         )
     lists = left_hosts.lists_of(swarm)
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    targets = where.targets(swarm)
     if orphans:
-        _read_lists(lists, targets, executor, in_lab=in_lab, parallel=parallel)
-    found_left = left_hosts.left_hosts(swarm, lists, in_lab=in_lab) if orphans else ({}, [])
+        _read_lists(lists, targets, where)
+    found_left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab) if orphans else ({}, [])
     if forget:
-        names = orphan_selection.chosen([*found_left[0], *found_left[1]], limit)
+        names = orphan_selection.chosen([*found_left[0], *found_left[1]], where.limit)
         if not yes and not _confirmed(
             swarm.name, names, "Forget {swarm} on {hosts}, which keep what runs there?"
         ):
             console.fail("nothing was forgotten", "answer `yes`, or use --yes in scripts")
-        _forget(lists, names, targets, executor, in_lab=in_lab, parallel=parallel, logged=True)
+        _forget(lists, names, targets, where, logged=True)
         _show_forgotten(swarm.name, names, json=json)
         raise typer.Exit(exit_codes.OK)
     left: dict[str, LeftHost] = {}
     if orphans:
-        known = None if in_lab else read_known_hosts(spec.first)
-        left = orphan_selection.to_contact(swarm, found_left, limit, known, yes=yes)
-        targets = options.targets(spec, left_hosts.with_left(swarm, left), lab=lab, lab_name=lab_name)
-    names = list(left) or selected.hosts(swarm.candidates, limit)
+        known = None if where.in_lab else read_known_hosts(where.spec.first)
+        left = orphan_selection.to_contact(swarm, found_left, where.limit, known, yes=yes)
+        targets = where.targets(left_hosts.with_left(swarm, left))
+    names = list(left) or selected.hosts(swarm.candidates, where.limit)
     if not yes and not _confirmed(swarm.name, names):
         console.fail("nothing was removed", "answer `yes`, or use --yes in scripts")
-    with (
-        executors.transport(executor, in_lab=in_lab, reuse=not no_reuse) as transport,
-        interruptible(rollout_output.note) as stop,
-    ):
+    with where.transport() as transport, interruptible(rollout_output.note) as stop:
         events = rollout.remove(
             names, targets, transport,
-            dependents=Dependents(swarm), parallel=parallel, stop=stop, stop_robots=stop_robots,
+            dependents=Dependents(swarm), parallel=where.parallel, stop=stop, stop_robots=stop_robots,
         )  # fmt: skip
         found = rollout_output.results(events, names, quiet=json)
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
     else:
-        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
         rollout_output.report(
-            swarm, found, next_command.completing(spec, where),
+            swarm, found, where.complete,
             details=details, interrupted=stop.requested,
         )  # fmt: skip
-    if not in_lab:
-        forgotten_lab.guess("remove", spec, swarm.name, rollout_output.errors(found), limit)
+    if not where.in_lab:
+        forgotten_lab.guess("remove", where, swarm.name, rollout_output.errors(found))
     gone = [name for name, result in found.items() if isinstance(result, Removed)]
     if orphans and gone:
-        _forget(lists, gone, targets, executor, in_lab=in_lab, parallel=parallel)
-    elif not in_lab:
+        _forget(lists, gone, targets, where)
+    elif not where.in_lab:
         _forget_here(swarm.name, gone)
     code = rollout_output.exit_code(found, interrupted=stop.requested)
     if not json and code not in (exit_codes.OK, exit_codes.INTERRUPTED):
-        rollout_output.advise_again("remove", spec, found, lab=lab, lab_name=lab_name, executor=executor)
+        rollout_output.advise_again("remove", where, found)
     raise typer.Exit(code)
 
 
-def _read_lists(
-    lists: HostLists, targets: Mapping[str, Target], executor: str, *, in_lab: bool, parallel: int
-) -> None:
+def _read_lists(lists: HostLists, targets: Mapping[str, Target], where: Where) -> None:
     """Reads which hosts the hosts of the spec name."""
     from swarmctl.deploy.host_list_updates import read_all
     from swarmctl.views.escape import printable
 
-    errors = read_all(lists, targets.values(), lambda: executors.transport(executor, in_lab=in_lab), parallel)
+    errors = read_all(lists, targets.values(), where.transport, where.parallel)
     for host, error in errors.items():
         console.err().print(
             f"warning: the list of hosts of {host} is not known ({error.kind.value}: {printable(str(error))})"
@@ -135,10 +121,8 @@ def _forget(
     lists: HostLists,
     names: Sequence[str],
     targets: Mapping[str, Target],
-    executor: str,
+    where: Where,
     *,
-    in_lab: bool,
-    parallel: int,
     logged: bool = False,
 ) -> None:
     """Removes hosts from the lists of the others and from the journal; ``logged``: in the history, too."""
@@ -148,14 +132,14 @@ def _forget(
     hosts = lists.hosts if logged else lists.outdated(lists.hosts, wanted)
     errors = write_all_anew(
         lists, wanted, [targets[host] for host in hosts],
-        lambda: executors.transport(executor, in_lab=in_lab),
-        forgotten=names if logged else (), parallel=parallel,
+        where.transport,
+        forgotten=names if logged else (), parallel=where.parallel,
     )  # fmt: skip
     for host in errors:
         console.err().print(
             f"warning: {host} did not take the new list of hosts; what is newer in other lists counts"
         )
-    if not in_lab:
+    if not where.in_lab:
         _forget_here(lists.swarm, names)
 
 

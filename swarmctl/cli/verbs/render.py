@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, file_writes, next_command, options, selected
+from swarmctl.cli import console, file_writes, options, selected
+from swarmctl.cli.where import Where
 
 if TYPE_CHECKING:
     from swarmctl.render.bundle import Bundle
@@ -75,7 +76,7 @@ def render(
                     f"note: {name}: the WireGuard keys of {', '.join(bundle.unpinned)} are not pinned; "
                     "`swarmctl trust` pins them"
                 )
-        next_command.advise("plan", spec, *next_command.where(limit=host))
+        Where(spec, limit=host).advise("plan")
 
 
 def _report(out: Path, bundles: Mapping[str, Bundle], swarm: Swarm, *, details: bool, json: bool) -> None:

@@ -9,13 +9,14 @@ from typing import Annotated, Any
 
 import typer
 
-from swarmctl.cli import console, exit_codes, file_writes, next_command, options, report_parts, swarm_look
+from swarmctl.cli import console, exit_codes, file_writes, options, report_parts, swarm_look
 from swarmctl.cli.report_parts import Parts, lines_of, written
+from swarmctl.cli.where import Where, with_where
 
 
+@with_where("parallel")
 def report(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
+    where: Where,
     output: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="FILE", help="Write this file instead of NAME-DATE-TIME.tar.gz."),
@@ -23,9 +24,6 @@ def report(
     since: Annotated[
         str, typer.Option(metavar="TIME", help='Logs not before: 10m, 2h, 21:00, "2026-11-26 21:00".')
     ] = "",
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    parallel: options.Parallel = options.PARALLEL,
 ) -> None:
     """Write one archive for those who help: spec, plan, status, logs and graph, without secrets.
 
@@ -38,17 +36,17 @@ def report(
     from swarmctl.views import report as view
 
     start = start_of(since)
-    expected = swarm_look.expected(spec, None, lab=lab, lab_name=lab_name)
+    expected = swarm_look.expected(where)
     now = time.localtime()
     folder = f"{expected.swarm.name}-{time.strftime('%Y%m%d-%H%M%S', now)}"
     file = output or Path(f"{folder}.tar.gz")
     if file.exists():
         console.fail(f"{file} exists already", "-o names another file")
     wanted = bundles(expected.swarm)
-    secrets = options.secrets(spec, wanted)
+    secrets = where.secrets(wanted)
     unknown = sorted({name for bundle in wanted.values() for name in bundle.secrets} - secrets.keys())
-    targets = options.targets(spec, expected.swarm, lab=lab, lab_name=lab_name)
-    parts = Parts(expected, targets, transport(), parallel, options.in_lab(lab, lab_name))
+    targets = where.targets(expected.swarm)
+    parts = Parts(expected, targets, transport(), where.parallel, where.in_lab)
     clean = report_archive.remover(secrets)
     report_parts.say("status")
     look = parts.look(options.WINDOW)
@@ -58,8 +56,8 @@ def report(
     seen: dict[str, Any] = {
         "began": look.began,
         "took": look.took,
-        "spec": [str(one) for one in spec.files],
-        "where": next_command.where(lab=lab, lab_name=lab_name),
+        "spec": [str(one) for one in where.spec.files],
+        "where": where.options,
     }
     documents = {
         report_archive.STATUS: look.status.to_json(),
@@ -79,7 +77,7 @@ def report(
         **parts.drawn(clean),
         **clean(edits),
         report_archive.LOGS: lines_of(clean(logs)),
-        **clean(parts.spec(spec.first.parent, [str(one) for one in spec.files[1:]])),
+        **clean(parts.spec(where.spec.first.parent, [str(one) for one in where.spec.files[1:]])),
     }
     data = report_archive.packed(folder, texts, look.began)
     try:

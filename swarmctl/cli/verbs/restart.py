@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, options, stop_targets
+from swarmctl.cli import console, exit_codes, options, stop_targets
 from swarmctl.cli.verbs.stop import Robots
+from swarmctl.cli.where import Where, with_where
 
 
+@with_where("parallel", parallel=options.PARALLEL_URGENT)
 def restart(
-    spec: options.Spec,
+    where: Where,
     robots: Robots = None,
-    overlays: options.Overlays = None,
     stop_robots: options.StopRobots = False,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    parallel: options.Parallel = options.PARALLEL_URGENT,
     json: options.Json = False,
 ) -> None:
     """Restart the drivers and other units of robots. One that moves or is under command is not touched."""
@@ -25,12 +23,12 @@ def restart(
     from swarmctl.remote.transport import HostError
     from swarmctl.views.escape import printable
 
-    reach = stop_targets.read(spec)
+    reach = stop_targets.read(where.spec)
     chosen, without = stop_targets.by_host(reach, robots)
-    targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
+    targets = where.targets(reach)
     events = robot_stop.restart(
         reach.name, chosen, targets, transport(),
-        others=not robots, stop_robots=stop_robots, parallel=parallel,
+        others=not robots, stop_robots=stop_robots, parallel=where.parallel,
     )  # fmt: skip
     results = results_of(events)
     errors = {host: one for host, one in results.items() if isinstance(one, HostError)}
@@ -48,8 +46,8 @@ def restart(
                 console.show(f"  help: {printable(one.hint)}")
         for name in without:
             console.show(f"{name}  failed: the spec has no host with an address for it")
-        next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name))
-    stop_targets.warn_of_errors(spec)
+        where.advise("status")
+    stop_targets.warn_of_errors(where.spec)
     if without or missing or any(one.reached for one in errors.values()):
         raise typer.Exit(exit_codes.HOSTS_FAILED)
     raise typer.Exit(exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK)

@@ -9,22 +9,21 @@ import typer
 from swarmctl.cli import (
     console,
     deploy_steps,
-    executors,
     exit_codes,
     forgotten_lab,
-    next_command,
     options,
     rollout_output,
     selected,
 )
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.plan.waves import Consistency
 
 
+@with_where("limit", "parallel", "executor", "no_reuse")
 def rollback(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
+    where: Where,
     to: Annotated[
         str,
         typer.Option(
@@ -40,12 +39,6 @@ def rollback(
         typer.Option("--keep-going", help="Each host by itself; without it, all go back or none does."),
     ] = False,
     stop_robots: options.StopRobots = False,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    limit: options.Limit = None,
-    parallel: options.Parallel = options.PARALLEL,
-    executor: executors.Executor = "",
-    no_reuse: executors.NoReuse = False,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -57,19 +50,18 @@ def rollback(
     from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.render.build_bundle import bundles
 
-    document = console.read_document(spec)
-    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
+    document = console.read_document(where.spec)
+    swarm = where.swarm(document)
     made = bundles(swarm)
-    names = selected.hosts(swarm.candidates, limit)
-    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
+    names = selected.hosts(swarm.candidates, where.limit)
     stop = Stop()
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    targets = where.targets(swarm)
     together: Consistency = "independent" if keep_going else "all"
-    view = deploy_steps.View("rollback", spec, swarm, where, details=details, json=json)
-    with executors.transport(executor, in_lab=options.in_lab(lab, lab_name), reuse=not no_reuse) as transport:
+    view = deploy_steps.View("rollback", swarm, where, details=details, json=json)
+    with where.transport() as transport:
         going_back = Rollback(
             {name: made[name] for name in names}, targets, transport,
-            to=to, dependents=Dependents(swarm), parallel=parallel, stop=stop, recovers=not dry_run,
+            to=to, dependents=Dependents(swarm), parallel=where.parallel, stop=stop, recovers=not dry_run,
             rules=Rules(
                 None if keep_going else 0, [name for name in names if swarm.hosts[name].optional],
                 stop_robots=stop_robots,
@@ -83,16 +75,16 @@ def rollback(
         console.print_json(rollout_output.document(swarm.name, found))
     else:
         rollout_output.report(
-            swarm, found, next_command.completing(spec, where), absent,
+            swarm, found, where.complete, absent,
             details=details, interrupted=stop.requested,
         )  # fmt: skip
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
     if going_back.problem and code == exit_codes.OK:
-        listing = spec.command("history", *next_command.fitting("history", where))
+        listing = where.command("history")
         console.fail(f"nothing was changed: {going_back.problem}", f"`{listing}` lists the runs")
-    if not options.in_lab(lab, lab_name):
-        forgotten_lab.guess("rollback", spec, swarm.name, rollout_output.errors(found), limit)
+    if not where.in_lab:
+        forgotten_lab.guess("rollback", where, swarm.name, rollout_output.errors(found))
     if not json and code == exit_codes.OK:
         console.show("note: the spec is as it was: a deploy brings its release again", error=True)
-        next_command.advise("status", spec, *where)
+        where.advise("status")
     raise typer.Exit(code)

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import complete, console, next_command, options, selected, stop_targets
+from swarmctl.cli import complete, console, next_command, selected, stop_targets
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.spec.reach import Reach
 
 
+@with_where()
 def ssh(
-    spec: options.Spec,
+    where: Where,
     host: Annotated[
         str,
         typer.Argument(help="A host, or the one of a robot.", autocompletion=complete.hosts_and_robots),
@@ -24,9 +26,6 @@ def ssh(
     command: Annotated[
         list[str] | None, typer.Argument(help="A command instead of a shell, after `--`.")
     ] = None,
-    overlays: options.Overlays = None,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
 ) -> None:
     """Open a shell on a host, or run a command there at this terminal. Exits with the exit code of `ssh`.
 
@@ -34,17 +33,17 @@ def ssh(
     """
     from swarmctl.remote.host_commands import shell_command
 
-    reach = stop_targets.read(spec)
+    reach = stop_targets.read(where.spec)
     name = selected.one(reach.candidates, host, "hosts", "HOST")
     if name not in reach.hosts:
         console.fail(f"the spec has no address for {name}")
     line = shell_command(command) if command else ""
     terminal = sys.stdin.isatty() and sys.stdout.isatty()
-    if options.in_lab(lab, lab_name):
-        options.targets(spec, reach, lab=lab, lab_name=lab_name)  # enters its network
-        argv = _in_lab(spec, lab_name or reach.name, name, line, terminal=terminal)
+    if where.in_lab:
+        where.targets(reach)  # enters its network
+        argv = _in_lab(where.spec, where.lab_of(reach.name), name, line, terminal=terminal)
     else:
-        argv = _to_host(spec, reach, name, line, terminal=terminal)
+        argv = _to_host(where.spec, reach, name, line, terminal=terminal)
     try:
         os.execvp(argv[0], argv)
     except OSError as error:

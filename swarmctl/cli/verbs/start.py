@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, options, stop_targets
+from swarmctl.cli import console, exit_codes, options, stop_targets
 from swarmctl.cli.verbs.stop import Robots
+from swarmctl.cli.where import Where, with_where
 
 
+@with_where("parallel", parallel=options.PARALLEL_URGENT)
 def start(
-    spec: options.Spec,
+    where: Where,
     robots: Robots = None,
-    overlays: options.Overlays = None,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    parallel: options.Parallel = options.PARALLEL_URGENT,
     json: options.Json = False,
 ) -> None:
     """Release robots that `swarmctl stop` has stopped; each stands until its next command."""
@@ -24,11 +22,11 @@ def start(
     from swarmctl.remote.transport import HostError
     from swarmctl.views.escape import printable
 
-    reach = stop_targets.read(spec)
+    reach = stop_targets.read(where.spec)
     chosen, without = stop_targets.by_host(reach, robots)
-    targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
+    targets = where.targets(reach)
     results = results_of(
-        robot_stop.start(reach.name, chosen, targets, transport(), others=not robots, parallel=parallel)
+        robot_stop.start(reach.name, chosen, targets, transport(), others=not robots, parallel=where.parallel)
     )
     errors = {host: one for host, one in results.items() if isinstance(one, HostError)}
     released = [name for one in results.values() if not isinstance(one, HostError) for name in one.released]
@@ -44,8 +42,8 @@ def start(
             console.show(f"{name}  failed: the spec has no host with an address for it")
         if not released and not errors:
             console.show("no robot was stopped")
-        next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name))
-    stop_targets.warn_of_errors(spec)
+        where.advise("status")
+    stop_targets.warn_of_errors(where.spec)
     if without or any(one.reached for one in errors.values()):
         raise typer.Exit(exit_codes.HOSTS_FAILED)
     raise typer.Exit(exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK)

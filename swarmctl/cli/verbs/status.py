@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from swarmctl.cli import console, executors, exit_codes, forgotten_lab, next_command, options, swarm_look
+from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, swarm_look
 from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -38,9 +39,9 @@ class Goal(str, Enum):
         return not any(one.check == "host" for one in seen.diagnosis.troubles)
 
 
+@with_where("limit", "parallel", "executor", spec=options.SpecOrReport)
 def status(
-    spec: options.SpecOrReport,
-    overlays: options.Overlays = None,
+    where: Where,
     archive: options.Archive = None,
     watch: Annotated[bool, typer.Option("--watch", help="Repeat until Ctrl-C.")] = False,
     every: Annotated[float, typer.Option(min=1.0, metavar="SECONDS", help="Interval of --watch.")] = 5.0,
@@ -54,11 +55,6 @@ def status(
         float, typer.Option(min=1.0, metavar="SECONDS", help="How long --wait waits at most.")
     ] = 120.0,
     window: options.Window = options.WINDOW,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    limit: options.Limit = None,
-    parallel: options.Parallel = options.PARALLEL,
-    executor: executors.Executor = "",
     details: options.Details = False,
     json: options.Json = False,
     junit: Annotated[
@@ -77,7 +73,7 @@ def status(
     if metrics is not None:
         swarm_look.need_prometheus_client("--metrics")
     if archive is not None:
-        if watch or wait or limit or executor or options.in_lab(lab, lab_name):
+        if watch or wait or where.limit or where.executor or where.in_lab:
             usage = (
                 "--from shows what is in the archive; it goes with --details, --json, --junit and --metrics"
             )
@@ -85,24 +81,21 @@ def status(
         look = _archived(archive, json=json, details=details)
         _write(look, junit, metrics)
         raise typer.Exit(_exit(look.status))
-    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
-    complete = next_command.completing(spec, where)
-    with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
-        looking = swarm_look.looking(
-            spec, limit, transport, lab=lab, lab_name=lab_name, window=window, parallel=parallel
-        )
+    complete = where.complete
+    with where.transport() as transport:
+        looking = swarm_look.looking(where, transport, window)
         if watch:
             _watch(looking, every, json=json, details=details, complete=complete, metrics=metrics)
         look = _awaited(looking, goal, timeout) if wait else _observed(looking)
     seen = look.status
     _show(seen, complete, json=json, details=details)
     if not json:
-        if options.in_lab(lab, lab_name):
-            _show_stand_ins(options.lab_named(seen.swarm, lab, lab_name))
+        if where.in_lab:
+            _show_stand_ins(where.lab_of(seen.swarm))
         else:
             kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
-            forgotten_lab.guess("status", spec, seen.swarm, kinds, limit)
-        _advise(seen, spec, where, in_lab=options.in_lab(lab, lab_name))
+            forgotten_lab.guess("status", where, seen.swarm, kinds)
+        _advise(seen, where)
     _write(look, junit, metrics)
     raise typer.Exit(exit_codes.OK if wait and goal.reached(seen) else _exit(seen))
 
@@ -141,14 +134,14 @@ def _archived(archive: Path, *, json: bool, details: bool) -> Look:
     return report.look
 
 
-def _advise(seen: Status, spec: SpecFiles, where: list[str], *, in_lab: bool) -> None:
+def _advise(seen: Status, where: Where) -> None:
     """What comes after a status: keys to pin, the deploy of a missing or old release, or another look."""
-    if any(one.check == "host-key" for one in seen.diagnosis.troubles) and not in_lab:
-        next_command.advise("trust", spec, *where)
+    if any(one.check == "host-key" for one in seen.diagnosis.troubles) and not where.in_lab:
+        where.advise("trust")
     elif any(cause.check == "release" for cause, _ in seen.diagnosis.explained()):
-        next_command.advise("plan", spec, *where)
+        where.advise("plan")
     elif not seen.diagnosis.healthy:
-        next_command.advise("status", spec, *where, "--watch")
+        where.advise("status", "--watch")
 
 
 def _observed(looking: Looking) -> Look:

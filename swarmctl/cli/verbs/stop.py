@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from swarmctl.cli import complete, console, exit_codes, next_command, options, stop_targets
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.deploy.robot_stop import RobotStop
@@ -23,13 +24,10 @@ Robots = Annotated[
 ]
 
 
+@with_where("parallel", parallel=options.PARALLEL_URGENT)
 def stop(
-    spec: options.Spec,
+    where: Where,
     robots: Robots = None,
-    overlays: options.Overlays = None,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
-    parallel: options.Parallel = options.PARALLEL_URGENT,
     json: options.Json = False,
 ) -> None:
     """Stop robots at once, and keep them stopped until `swarmctl start`.
@@ -42,9 +40,9 @@ def stop(
     from swarmctl.remote.parallel_hosts import Finished
     from swarmctl.remote.transport import Kind
 
-    reach = stop_targets.read(spec)
+    reach = stop_targets.read(where.spec)
     chosen, without = stop_targets.by_host(reach, robots)
-    targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
+    targets = where.targets(reach)
     found = [
         robot_stop.RobotStop(
             one, "", "failed", trouble="the spec has no host with an address for it", kind=Kind.REFUSED
@@ -52,8 +50,9 @@ def stop(
         for one in without
     ]
     events = robot_stop.stop(
-        reach.name, chosen, targets, transport(urgent=True), since_start, others=not robots, parallel=parallel
-    )
+        reach.name, chosen, targets, transport(urgent=True), since_start,
+        others=not robots, parallel=where.parallel,
+    )  # fmt: skip
     for event in events:
         from swarmctl.views import robot_stop as view  # while the connections are made
 
@@ -68,9 +67,8 @@ def stop(
         for one in found[: len(without)]:
             console.show(view.line(one))
         console.show(view.summary(found))
-        where = next_command.where(lab=lab, lab_name=lab_name)
-        next_command.advise("start", spec, *(robots or []), *where)
-    stop_targets.warn_of_errors(spec)
+        next_command.advise("start", where.spec, *(robots or []), *where.options)
+    stop_targets.warn_of_errors(where.spec)
     raise typer.Exit(_exit(found))
 
 

@@ -9,15 +9,14 @@ from typing import Annotated
 import typer
 
 from swarmctl.cli import console, exit_codes, options, selected
+from swarmctl.cli.where import Where, with_where
 
 
+@with_where()
 def top(
-    spec: options.Spec,
+    where: Where,
     selection: options.Selection = None,
-    overlays: options.Overlays = None,
     every: Annotated[float, typer.Option(min=0.5, metavar="SECONDS", help="What is averaged over.")] = 2.0,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
     json: options.Json = False,
 ) -> None:
     """Show what each robot's driver and each program costs its host: CPU and memory.
@@ -29,9 +28,9 @@ def top(
     from swarmctl.health.unit_costs import chosen
     from swarmctl.views import unit_costs as view
 
-    swarm = console.read_spec(spec)
+    swarm = console.read_spec(where.spec)
     parts = selected.parts(swarm.candidates, selection, "SELECTION")
-    reach = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    reach = where.targets(swarm)
     costs = HostCosts(swarm.name, [reach[name] for name in parts], transport(), every)
     if console.out().is_terminal and not json:
         from rich.live import Live

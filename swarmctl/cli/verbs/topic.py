@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from swarmctl.cli import console, exit_codes, next_command, options
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.remote.host_commands import Ran
@@ -35,11 +36,9 @@ HostName = Annotated[
 
 
 @topic.command("list", epilog=_CODES)
+@with_where()
 def list_(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
+    where: Where,
     json: options.Json = False,
 ) -> None:
     """List the topics of all islands, with their types and how many nodes publish and subscribe."""
@@ -51,8 +50,8 @@ def list_(
     from swarmctl.render.topic_tool import listed
     from swarmctl.views import topics as view
 
-    swarm = console.read_spec(spec)
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    swarm = console.read_spec(where.spec)
+    targets = where.targets(swarm)
     names = {one.hub: one.name for one in swarm.islands}
     outcomes: dict[str, Ran] = {}
     failed: dict[str, HostError] = {}
@@ -77,74 +76,66 @@ def list_(
         console.print_json({"v": 1, "swarm": swarm.name, **_document(found, errors)})
     elif found:
         console.out().print(view.table(found))
-    where = next_command.where(lab=lab, lab_name=lab_name)
-    complete = next_command.completing(spec, where)
     for error in errors.values():
         console.show(f"{error.kind.value}: {error.message}", error=True)
         if error.hint:
-            console.show(f"  help: {complete(error.hint)}", error=True)
+            console.show(f"  help: {where.complete(error.hint)}", error=True)
     away = {hub: errors[name] for hub, name in names.items() if name in errors}
-    if not json and not next_command.advise_doctor(spec, away, where) and (one := _published(swarm, found)):
-        next_command.advise("topic echo", spec, one, *where)
+    if not json and not where.advise_doctor(away) and (one := _published(swarm, found)):
+        next_command.advise("topic echo", where.spec, one, *where.options)
     if errors:
         reached = any(error.reached for error in errors.values())
         raise typer.Exit(exit_codes.HOSTS_FAILED if reached else exit_codes.HOSTS_UNREACHABLE)
 
 
 @topic.command(epilog=_CODES)
+@with_where()
 def echo(
-    spec: options.Spec,
+    where: Where,
     topic: Topic,
-    overlays: options.Overlays = None,
     messages: Annotated[
         int | None, typer.Option("-n", min=1, metavar="N", help="End after N messages.")
     ] = None,
     island: IslandName = "",
     host: HostName = "",
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
 ) -> None:
     """Print the messages of a topic as they come, until Ctrl-C."""
     from swarmctl.cli.topic_host import TopicHost
 
-    run = TopicHost(spec, topic, island, host)
-    run.exit(run.middleware.topic_tool.echo(run.topic), lab=lab, lab_name=lab_name, messages=messages)
+    run = TopicHost(where, topic, island, host)
+    run.exit(run.middleware.topic_tool.echo(run.topic), messages=messages)
 
 
 @topic.command(epilog=_CODES)
+@with_where()
 def hz(
-    spec: options.Spec,
+    where: Where,
     topic: Topic,
-    overlays: options.Overlays = None,
     island: IslandName = "",
     host: HostName = "",
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
 ) -> None:
     """Print every second at which rate the messages of a topic arrive on the host, until Ctrl-C."""
     from swarmctl.cli.topic_host import TopicHost
 
-    run = TopicHost(spec, topic, island, host)
-    run.exit(run.middleware.topic_tool.hz(run.topic), lab=lab, lab_name=lab_name)
+    run = TopicHost(where, topic, island, host)
+    run.exit(run.middleware.topic_tool.hz(run.topic))
 
 
 @topic.command(epilog=_CODES)
+@with_where()
 def pub(
-    spec: options.Spec,
+    where: Where,
     topic: Topic,
     kind: Annotated[
         str, typer.Argument(metavar="TYPE", help="The message type, such as geometry_msgs/Twist.")
     ],
     values: Annotated[str, typer.Argument(metavar="YAML", help="The message, such as '{linear: {x: 0.1}}'.")],
-    overlays: options.Overlays = None,
     rate: Annotated[
         float | None, typer.Option("--rate", metavar="HZ", min=0.01, help="Messages per second.")
     ] = None,
     once: Annotated[bool, typer.Option("--once", help="One message, then end.")] = False,
     island: IslandName = "",
     host: HostName = "",
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
 ) -> None:
     """Publish messages, until Ctrl-C; without --rate or --once as ROS's own tool does.
 
@@ -154,11 +145,11 @@ def pub(
 
     if rate is not None and once:
         console.fail("--rate and --once exclude each other", code=exit_codes.USAGE)
-    run = TopicHost(spec, topic, island, host)
+    run = TopicHost(where, topic, island, host)
     run.say_who_commands()
     named = run.middleware.type_name(kind)
     words = run.middleware.topic_tool.pub(run.topic, named, values, rate=rate, once=once)
-    run.exit(words, lab=lab, lab_name=lab_name)
+    run.exit(words)
 
 
 def _published(swarm: Swarm, found: Mapping[str, Sequence[Listed]]) -> str:

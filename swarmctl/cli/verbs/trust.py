@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from swarmctl.cli import console, exit_codes, file_writes, next_command, options, selected
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
+    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.remote.known_hosts import KnownHosts
     from swarmctl.remote.transport import HostError, Target
     from swarmctl.swarm.resolved import Swarm
@@ -69,44 +71,42 @@ def _named(text: str, key: str) -> str:
     return printable(f"{text} {key.split(maxsplit=1)[0]} {fingerprint(key)}")
 
 
+@with_where()
 def trust(
-    spec: options.Spec,
-    overlays: options.Overlays = None,
+    where: Where,
     host: options.HostOrLimit = None,
     replace: Annotated[
         bool, typer.Option("--replace", help="Also pin changed keys, of hosts that were re-flashed.")
     ] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Pin without asking, in a network you trust.")] = False,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
 ) -> None:
     """Show the SSH keys of new hosts and pin them in NAME.known_hosts beside the spec.
 
     In a sealed swarm, then pin the public WireGuard key of each host, which makes its own, in NAME.wireguard.
     """
-    swarm = console.read_spec(spec)
+    swarm = console.read_spec(where.spec)
     failed: dict[str, HostError] = {}
     refused: list[Scanned] = []
     changed: tuple[str, ...] = ()
-    if options.in_lab(lab, lab_name):  # which knows the SSH keys of its hosts
+    if where.in_lab:  # which knows the SSH keys of its hosts
         chosen = selected.hosts(swarm.candidates, host)
     else:
-        chosen, failed, refused = _pin_ssh(spec, swarm, host, replace=replace, yes=yes)
+        chosen, failed, refused = _pin_ssh(where.spec, swarm, host, replace=replace, yes=yes)
     if swarm.overlay:
         from swarmctl.cli import wireguard_pins
 
         members = {name for island in swarm.islands for name in island.hosts} - failed.keys()
         named = [one for one in chosen if one in members]
-        pins = wireguard_pins.pin(spec, swarm, named, named if replace else (), lab=lab, lab_name=lab_name)
+        pins = wireguard_pins.pin(where, swarm, named, named if replace else ())
         failed, changed = failed | pins.failed, pins.changed
     _conclude(swarm, failed, refused, changed)
     # Jump hosts of ~/.ssh/config are no hosts of a plan.
-    limit = None if set(host or ()) - set(swarm.hosts) else host
-    next_command.advise("plan", spec, *next_command.where(lab=lab, lab_name=lab_name, limit=limit))
+    limit = () if set(host or ()) - set(swarm.hosts) else host or ()
+    where.limited(*limit).advise("plan")
 
 
 def _pin_ssh(
-    spec: options.Spec, swarm: Swarm, host: Sequence[str] | None, *, replace: bool, yes: bool
+    spec: SpecFiles, swarm: Swarm, host: Sequence[str] | None, *, replace: bool, yes: bool
 ) -> tuple[list[str], dict[str, HostError], list[Scanned]]:
     """Pin new SSH keys; returns the chosen hosts, errors of those that show none, and refused keys."""
     from swarmctl.cli.ssh_targets import known_elsewhere, read_known_hosts, targets, transport

@@ -16,6 +16,7 @@ import typer
 
 from swarmctl.cli import console, exit_codes, options, swarm_look
 from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.health.expected_graph import ExpectedGraph
@@ -27,9 +28,9 @@ if TYPE_CHECKING:
 _OFTEN, _SELDOM = 0.2, 1.0  # s between two messages to the pages, at least and at most
 
 
+@with_where(spec=options.SpecOrReport)
 def ui(
-    spec: options.SpecOrReport,
-    overlays: options.Overlays = None,
+    where: Where,
     archive: options.Archive = None,
     bags: Annotated[
         Path | None,
@@ -39,8 +40,6 @@ def ui(
     control: Annotated[
         bool, typer.Option("--control", help="The page has buttons that stop robots and release them.")
     ] = False,
-    lab: options.Lab = False,
-    lab_name: options.LabName = "",
 ) -> None:
     """Serve a local web page that shows the swarm: its graph and its health, live, until Ctrl-C.
 
@@ -53,17 +52,17 @@ def ui(
             "install them: `pip install 'swarmctl[ui]'`",
             code=exit_codes.USAGE,
         )
-    if (archive or bags) and (control or options.in_lab(lab, lab_name)):
+    if (archive or bags) and (control or where.in_lab):
         shown = "--from shows what is in the archive" if archive else "--bags shows what is in the bags"
         console.fail(f"{shown}, and connects to no host", code=exit_codes.USAGE)
     if archive is not None:
         _show_archive(archive, bags, port)
     if bags is not None:
-        _show_run(spec, bags, port)
-    _show_hosts(spec, port, control=control, lab=lab, lab_name=lab_name)
+        _show_run(where.spec, bags, port)
+    _show_hosts(where, port, control=control)
 
 
-def _show_hosts(spec: SpecFiles, port: int, *, control: bool, lab: bool, lab_name: str) -> NoReturn:
+def _show_hosts(where: Where, port: int, *, control: bool) -> NoReturn:
     from swarmctl.analysis.diagram import diagram
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.ui import messages
@@ -72,12 +71,12 @@ def _show_hosts(spec: SpecFiles, port: int, *, control: bool, lab: bool, lab_nam
     from swarmctl.ui.watch import Watch
     from swarmctl.views.graph import page
 
-    looked = swarm_look.expected(spec, None, lab=lab, lab_name=lab_name)
+    looked = swarm_look.expected(where)
     pages = Pages(("log", "stop", "start") if control else ("log",))
     live = page.Live(messages.starts(looked.document.spec), control)
     # The server comes first: --lab moves this thread, not its socket, into the network of the lab.
     with _served(page.graph(diagram(looked.index), live), pages, port) as url:
-        targets = options.targets(spec, looked.swarm, lab=lab, lab_name=lab_name)
+        targets = where.targets(looked.swarm)
         connections = transport()
         watch = Watch(
             looked.graph,
