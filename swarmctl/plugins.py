@@ -116,12 +116,12 @@ MULTIMASTERS = Registry(
 LINK_KINDS = Registry(
     "swarmctl.link",
     {
-        "wlan": "swarmctl.links.wlan_link:Wlan",
-        "ethernet": "swarmctl.links.ethernet_link:Ethernet",
+        "wlan": "swarmctl.links.network_link:Wlan",
+        "ethernet": "swarmctl.links.network_link:Ethernet",
         "serial": "swarmctl.links.serial_link:Serial",
         "bluetooth": "swarmctl.links.bluetooth_link:Bluetooth",
-        "udp": "swarmctl.links.udp_link:Udp",
-        "tcp": "swarmctl.links.tcp_link:Tcp",
+        "udp": "swarmctl.links.ip_link:Udp",
+        "tcp": "swarmctl.links.ip_link:Tcp",
         "radio": "swarmctl.links.radio_link:Radio",
     },
 )

@@ -10,9 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from swarmctl.adoption.beside import beside
-from swarmctl.adoption.changes import ABSENT, Change, EditedFile, changes
-from swarmctl.adoption.overlay_edits import overlaid
+from swarmctl.adoption.changes import ABSENT, Change, EditedFile, beside, changes, overlaid
 from swarmctl.adoption.places import Guess, guesses, source_of
 from swarmctl.render.bundle import Bundle, File
 from swarmctl.render.rendered_values import Key, Values, equal, same_meaning, values_of

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from swarmctl.analysis.rosserial_load import message_bytes
 from swarmctl.analysis.serial_load import command_rates
-from swarmctl.links.tcp_link import Tcp
+from swarmctl.links.ip_link import Tcp
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ip_links import IpEnds

@@ -11,10 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from swarmctl.analysis import sketch_limits
-from swarmctl.robot_types.board_limits import Board, boards
-from swarmctl.robot_types.declared_topic import Topic
-from swarmctl.robot_types.message_sizes import size_of
 from swarmctl.robot_types.protocols import RosserialProtocol
+from swarmctl.robot_types.ros_launchable import Topic
+from swarmctl.robot_types.sketch_settings import Board, boards, size_of
 from swarmctl.spec.program_model import Program
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.yamltext.source import Loc

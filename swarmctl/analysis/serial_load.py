@@ -12,7 +12,7 @@ from functools import cached_property
 
 from swarmctl.links.link_base import Delay, Line
 from swarmctl.links.link_kinds import kinds
-from swarmctl.robot_types.effective_settings import equipped, rates_of, waits_of
+from swarmctl.robot_types.driver_params import equipped, rates_of, waits_of
 from swarmctl.robot_types.protocols import DriverProtocol, length_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sensors import Range, Sensor, Wheels

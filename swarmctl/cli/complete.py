@@ -34,8 +34,8 @@ def hosts(context: typer.Context, incomplete: str) -> list[str]:
 
 def selections(context: typer.Context, incomplete: str) -> list[str]:
     """What can end a selection: hosts, robots, groups and labels, islands, types."""
-    from swarmctl.spec.selection_errors import words_for
-    from swarmctl.spec.selection_reading import candidates_in
+    from swarmctl.spec.selection import words_for
+    from swarmctl.spec.selection_expansion import candidates_in
 
     last = re.split("[,&!(]", incomplete)[-1]
     begun = incomplete.removesuffix(last)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from swarm_onboard.agent.host_list import HostLogin as StoredLogin
 
     from swarmctl.deploy.host_lists import HostLists, LeftHost
-    from swarmctl.spec.host_login import HostLogin
+    from swarmctl.spec.reach import HostLogin
     from swarmctl.swarm.resolved import Host, Swarm
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from swarmctl.remote.ssh_config import Login
     from swarmctl.remote.sudo_password import SudoPassword
     from swarmctl.remote.transport import Target
-    from swarmctl.spec.host_login import HostLogin
+    from swarmctl.spec.reach import HostLogin
 
 SUDO_PASSWORD_FILE = "SWARMCTL_SUDO_PASSWORD_FILE"
 _PATIENCE, _URGENT = 300.0, 1.0  # s that a pipe has to give the password

@@ -29,7 +29,7 @@ from swarm_onboard.rosserial.messages import TWIST_MD5, TWIST_TYPE, BadMessageEr
 from swarm_onboard.rosserial.topics import MessageType
 
 from swarmctl.conformance.bench import STANDSTILL, Bench, Fixes, Pace, Reading, Velocity
-from swarmctl.robot_types.message_sizes import size_of
+from swarmctl.robot_types.sketch_settings import size_of
 
 COMMAND_REFRESH_S = 0.1  # s after which a command is repeated
 _STANDS = 0.3  # s without a count after which a wheel stands; counts come about ten times a second

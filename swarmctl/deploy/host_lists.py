@@ -20,8 +20,8 @@ from swarm_onboard.agent.host_list import HostLogin as StoredLogin
 from swarmctl.field_types import HostName
 from swarmctl.plan.observed_host import Observed
 from swarmctl.remote.transport import AgentSession, HostError
-from swarmctl.spec.host_login import HostLogin
 from swarmctl.spec.model import Host
+from swarmctl.spec.reach import HostLogin
 
 _AHEAD = 86_400  # s by which the clock of another operator may be ahead
 Wanted = tuple[dict[str, StoredLogin], dict[str, int]]  # hosts, and when others were taken off

@@ -10,10 +10,10 @@ import yaml
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.lab_folder import LabFolder
 from swarmctl.importing.lab_hosts import LabHosts
-from swarmctl.importing.robot_lines import unknown_line
-from swarmctl.ros_packages.launched import Place
+from swarmctl.importing.launch_nodes import unknown_line
+from swarmctl.ros_packages.launch_files import Place
 from swarmctl.yamltext.compose import compose, pairs_of
-from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.yamltext.files import LoadBudget
 
 _HOST_GROUPS = ("platform", "onboard", "remote")  # in files before ROS 2 Jazzy
 _HUMBLE, _JAZZY = "humble", "jazzy"

@@ -1,14 +1,14 @@
-"""A draft of a spec as values: each has its place in the lab's files, or the reason why it is a guess."""
+"""A draft of a spec as values, each with its place in the files of the lab or a guess, and as YAML."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from swarmctl.ros_packages.launched import Place
+from swarmctl.ros_packages.launch_files import Place
 from swarmctl.swarm.names import LONGEST_NAME, valid_name
-from swarmctl.yamltext.emit import literal
+from swarmctl.yamltext.scalars import literal, text_of
 
 GUESS = "guess: "
 FILL_IN = "fill in: "
@@ -82,3 +82,141 @@ def named(text: str, prefix: str, place: Place | None, taken: Collection[str], g
         count += 1
         found = f"{name[: LONGEST_NAME - len(str(count)) - 1]}-{count}"
     return Value(found, place, guess, was=text if found != text else "")
+
+
+_BELOW = "its `fill in` is below"  # where a value is missing, validate reports the name above it
+_LONGEST = 100  # characters of an entry on one line
+_NO_ROBOT = f"{FILL_IN}no robot was found; write each, and its link"
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a draft. Its comment says where it is from, or why it is a guess, and what to fill in."""
+
+    text: str
+    source: str = ""
+    todo: str = ""
+
+    def __str__(self) -> str:
+        comment = "; ".join(one for one in (self.source, self.todo) if one)
+        return f"{self.text}  # {_one_line(comment)}" if comment else self.text
+
+
+def lines_of(draft: Draft) -> list[Line]:
+    """Returns the lines of a draft as YAML. No value and no comment can change its structure."""
+    unlinked = {one.value["robot"] for one in draft.lines if one.fill_in}
+    return [
+        Line(f"# Drafted by swarmctl import from {_one_line(draft.source)}."),
+        Line("# A value without a comment is from the same line as the name above it."),
+        Line("# Check each `guess`, and complete each `fill in`."),
+        *(Line(one) for one in ("#", "# Not read:") if draft.unread),
+        *(Line(f"#   {_one_line(one)}") for one in dict.fromkeys(draft.unread)),
+        Line("version: 1"),
+        _field("", "name", draft.name),
+        *_marked([_field("", key, one) for key, one in draft.first.items()]),
+        *_section("hosts", draft.hosts),
+        *(_section("robots", draft.robots, unlinked) if draft.robots else _no_robot(draft)),
+        *_links([*draft.networks, *draft.lines]),
+        *(_section("programs", draft.programs) if draft.programs else ()),
+        *([Line("")] if draft.last else ()),
+        *(_field("", key, one) for key, one in draft.last.items()),
+        *_multimaster(draft),
+    ]
+
+
+def text_of_lines(lines: Sequence[Line]) -> str:
+    """Returns the text of a file."""
+    return "".join(f"{line}\n" for line in lines)
+
+
+def with_errors(lines: Sequence[Line], errors: Mapping[int, str]) -> list[Line]:
+    """Returns the lines; where an error has the number of one, this is to fill in."""
+    return [
+        replace(line, todo=f"{FILL_IN}{errors[number]}") if number in errors and not line.todo else line
+        for number, line in enumerate(lines, 1)
+    ]
+
+
+def summary(draft: Draft, lines: Sequence[Line]) -> str:
+    """Returns what a draft has, and how much of it is to check and to fill in."""
+    has = (
+        _number(len(draft.hosts), "host"),
+        _number(len(draft.robots), "robot"),
+        _number(sum(not one.name.fill_in for one in draft.programs.values()), "program"),
+    )
+    guesses = sum(line.source.startswith(GUESS) for line in lines)
+    todo = [
+        _number(guesses, "guess", "guesses"),
+        _number(sum(line.todo.startswith(FILL_IN) for line in lines), "place") + " to fill in",
+    ]
+    unread = len(dict.fromkeys(draft.unread))
+    return f"{', '.join(has)}; {', '.join(todo)}" + (
+        f", {_number(unread, 'place')} not read" if unread else ""
+    )
+
+
+def _number(count: int, word: str, several: str = "") -> str:
+    return f"{count} {word if count == 1 else several or word + 's'}"
+
+
+def _one_line(text: str) -> str:
+    """Text that may stand in a comment: what is not printable, such as a line end, is escaped."""
+    return "".join(
+        char if char.isprintable() else char.encode("unicode_escape", "surrogatepass").decode()
+        for char in text
+    )
+
+
+def _marked(lines: Sequence[Line], *, is_unlinked: bool = False) -> list[Line]:
+    """The lines of an entry; the first one says that there is something to fill in below it."""
+    first, *rest = lines
+    is_blank = is_unlinked or any(line.todo for line in rest)
+    return [replace(first, todo=_BELOW) if is_blank else first, *rest]
+
+
+def _multimaster(draft: Draft) -> Sequence[Line]:
+    if not draft.multimaster:
+        return ()
+    fields = (*draft.multimaster.items(), *draft.patterns.items())
+    return [Line(""), *_marked([Line("multimaster:"), *(_field("  ", key, one) for key, one in fields)])]
+
+
+def _no_robot(draft: Draft) -> Iterator[Line]:
+    yield Line("")
+    yield Line("robots:", todo=_NO_ROBOT)
+    yield Line(f"  # k3: {literal({'type': 'khepera3', 'host': next(iter(draft.hosts))})}")
+
+
+def _section(key: str, entries: Mapping[str, Entry], unlinked: set[str] | None = None) -> Iterator[Line]:
+    yield Line("")
+    yield Line(f"{'# ' if all(one.name.fill_in for one in entries.values()) else ''}{key}:")
+    for name, entry in entries.items():
+        yield from _entry(name, entry, is_unlinked=name in (unlinked or ()))
+
+
+def _entry(name: str, entry: Entry, *, is_unlinked: bool) -> Sequence[Line]:
+    if entry.name.fill_in:
+        shown = {key: one.value for key, one in entry.fields.items()}
+        return [Line(f"  # {text_of(name)}: {literal(shown)}", todo=entry.name.todo)]
+    known = {key: one.value for key, one in entry.fields.items() if not one.fill_in}
+    fields = [_field("    ", key, one, entry.name.place) for key, one in entry.fields.items()]
+    whole = Line(f"  {text_of(name)}: {literal(known)}", entry.name.source)
+    if len(whole.text) <= _LONGEST and not any(line.source or line.todo for line in fields):
+        return _marked([whole], is_unlinked=is_unlinked)
+    head = Line(f"  {text_of(name)}:{'' if known else ' {}'}", entry.name.source)
+    return _marked([head, *fields], is_unlinked=is_unlinked)
+
+
+def _field(indent: str, key: str, one: Value, shown: Place | None = None) -> Line:
+    """A value; its source is left out if it is the place ``shown`` by the comment above it."""
+    is_shown = shown is not None and one.place == shown and not one.guess and not one.was
+    mark = "# " if one.fill_in else ""
+    return Line(f"{indent}{mark}{key}: {literal(one.value)}", "" if is_shown else one.source, one.todo)
+
+
+def _links(links: Sequence[Value]) -> Iterator[Line]:
+    if links:
+        yield Line("")
+        yield Line("# links:" if all(one.fill_in for one in links) else "links:")
+    for one in links:
+        yield Line(f"  {'# ' if one.fill_in else ''}- {literal(one.value)}", one.source, one.todo)

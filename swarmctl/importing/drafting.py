@@ -8,24 +8,25 @@ from enum import Enum
 from pathlib import Path
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.importing.ansible_hosts import draft_from_inventory
+from swarmctl.importing.ansible_hosts import (
+    InventoryError,
+    draft_from_inventory,
+    is_ini_inventory,
+    is_yaml_inventory,
+)
 from swarmctl.importing.clearpath_robot import draft_from_clearpath, is_clearpath
-from swarmctl.importing.draft import Draft
-from swarmctl.importing.draft_text import lines_of, summary, text_of_lines, with_errors
-from swarmctl.importing.env_files import is_env_file
-from swarmctl.importing.inventory import InventoryError, is_ini_inventory, is_yaml_inventory
-from swarmctl.importing.lab_folder import LAUNCH, YAML, LabFolder, is_of_variables, lab_folder
+from swarmctl.importing.draft import Draft, lines_of, summary, text_of_lines, with_errors
+from swarmctl.importing.lab_folder import LAUNCH, YAML, LabFolder, is_env_file, is_of_variables, lab_folder
+from swarmctl.importing.lab_hosts import arrange
 from swarmctl.importing.launch_nodes import draft_from_launch
-from swarmctl.importing.mode_and_networks import arrange
 from swarmctl.linter.runner import check_files
 from swarmctl.robot_types.any_robot_type import with_protocol
-from swarmctl.ros_packages.launched import Place
+from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.package import NO_PACKAGES
 from swarmctl.rulebook import Severity
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.yamltext.compose import compose
-from swarmctl.yamltext.files import content
-from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.yamltext.files import LoadBudget, content
 
 
 class Kind(str, Enum):

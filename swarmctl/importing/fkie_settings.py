@@ -11,11 +11,11 @@ import yaml
 
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.importing.lab_hosts import LabHosts
-from swarmctl.ros_packages.launched import Launched, Node, Place, Rosparam
-from swarmctl.ros_packages.launched import Setting as Parameter
+from swarmctl.ros_packages.launch_files import Launched, Node, Place, Rosparam
+from swarmctl.ros_packages.launch_files import Setting as Parameter
 from swarmctl.swarm.addresses import ip_of, means_self
 from swarmctl.yamltext.compose import compose
-from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.yamltext.files import LoadBudget
 
 _KEYS = {"mcast_group": "group", "mcast_port": "port"}
 _SAME = ("heartbeat_hz", "active_request_after", "remove_after")  # called alike in a spec

@@ -1,18 +1,23 @@
-"""Reads the files of a lab that may be imported, within the limits on files of a spec."""
+"""Reads the files of a lab, within the limits on files of a spec; the ROS variables in its scripts."""
 
 from __future__ import annotations
 
 import posixpath
+import re
+import shlex
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.ros_packages.launched import Place
+from swarmctl.importing.draft import Value
+from swarmctl.importing.unknown_values import is_secret
+from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.package import NO_PACKAGES, Packages
-from swarmctl.spec.package_search import packages_in
-from swarmctl.spec.workspace_folders import BUILT
-from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.spec.package_search import BUILT, packages_in
+from swarmctl.swarm.addresses import ip_of
+from swarmctl.yamltext.files import LoadBudget
 from swarmctl.yamltext.project_files import ProjectFiles
 
 LAUNCH = (".launch", ".launch.xml")
@@ -109,3 +114,83 @@ def _may_be_read(path: str) -> bool:
 def is_of_variables(path: str) -> bool:
     """Returns True for a file of variables of an inventory."""
     return any(part in VARIABLES for part in posixpath.dirname(path).split("/"))
+
+
+_VARIABLES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
+_BEFORE = {"export", "then", "else", "do", "{"}  # words before an assignment
+_ASSIGNMENT = re.compile(r"(\w+)=(.*)", re.DOTALL)
+_COMPUTED = re.compile(r"[$`{}*\\]")
+
+
+def is_env_file(text: str) -> bool:
+    """Returns True if a script sets a variable that says which master or address ROS uses."""
+    return any(any(_assignments(line)) for line in text.splitlines())
+
+
+def env_of(path: str, text: str) -> tuple[Mapping[str, Value], list[str]]:
+    """Returns the ROS variables of a script, and why others are not known."""
+    found: dict[str, Value] = {}
+    unread: dict[str, str] = {}
+    for number, line in enumerate(text.split("\n"), 1):
+        for name, value in _assignments(line):
+            place, before = Place(path, number), found.pop(name, None)
+            if _COMPUTED.search(value):
+                unread[name] = f"{place}: {name} is computed by the shell"
+            elif name in unread or (before is not None and before.value != value):
+                unread[name] = f"{place}: {name} is set more than once in this file"
+            elif value:
+                found[name] = Value(value, place)
+    return found, list(unread.values())
+
+
+def _assignments(line: str) -> Iterator[tuple[str, str]]:
+    """The ROS variables that a line sets, alone or with others: not those of an `echo`."""
+    if not any(name in line for name in _VARIABLES):
+        return
+    words = shlex.shlex(line, posix=True, punctuation_chars=";&|")
+    words.whitespace_split = True
+    is_start = True
+    try:
+        for word in words:
+            assignment = _ASSIGNMENT.fullmatch(word) if is_start else None
+            if assignment and assignment[1] in _VARIABLES:
+                yield assignment[1], assignment[2]
+            is_start = bool(assignment) or word in _BEFORE or not word.strip(";&|")
+    except ValueError:  # a quote that another line closes
+        return
+
+
+ROS_PORT = 11311
+
+
+def own_address(value: Value) -> Value:
+    """Returns a ROS_IP or ROS_HOSTNAME as a name or an address, also of one that is a URL or has a port."""
+    text = str(value.value)
+    if ip_of(text) or not set(text) & {":", "/"}:
+        return value
+    host, _ = _server_of(text)
+    return _corrected(value, host, host) if host else value
+
+
+def master_of(uri: Value) -> tuple[Value, int]:
+    """Returns the host and the port of a ROS_MASTER_URI, also a wrong one; no host for what is none."""
+    text = str(uri.value)
+    host, port = _server_of(text)
+    needed = f"http://{f'[{host}]' if ':' in host else host}:{port or ROS_PORT}"
+    is_right = not host or text.lower().removesuffix("/") == needed
+    found = replace(uri, value=host) if is_right else _corrected(uri, host, needed)
+    return found, port or ROS_PORT
+
+
+def _corrected(value: Value, address: str, needed: str) -> Value:
+    text = str(value.value)
+    return replace(value, value=address, was="" if is_secret("", text) else text, needed=needed)
+
+
+def _server_of(text: str) -> tuple[str, int | None]:
+    """The host and the port of a URL, also of one without a scheme; no host for what is none."""
+    try:
+        parts = urlsplit(text if "://" in text else f"http://{text}")
+        return parts.hostname or "", parts.port
+    except ValueError:
+        return "", None

@@ -2,28 +2,159 @@
 
 from __future__ import annotations
 
+import math
 import posixpath
 import re
-from collections.abc import Iterator, Mapping
+import shlex
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, TypeGuard
 
 from swarmctl.importing.draft import Draft, Entry, Value, named
-from swarmctl.importing.env_files import env_of, is_env_file
 from swarmctl.importing.fkie_settings import FkieSettings
-from swarmctl.importing.known_drivers import driven_type
-from swarmctl.importing.lab_folder import LAUNCH, LabFolder
+from swarmctl.importing.lab_folder import LAUNCH, LabFolder, env_of, is_env_file, own_address
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
-from swarmctl.importing.launch_programs import left_out, program_fields
-from swarmctl.importing.robot_lines import line_of
-from swarmctl.importing.ros_variables import own_address
-from swarmctl.importing.unknown_values import Unknown
+from swarmctl.importing.unknown_values import Unknown, is_secret
+from swarmctl.links.link_base import Line
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
 from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.ros_packages.launch_files import evaluate
-from swarmctl.ros_packages.launched import Launched, Machine, Node, Place, Refusal
+from swarmctl.robot_types.ros_launchable import escaped
+from swarmctl.ros_packages.launch_files import Launched, Machine, Node, Place, Refusal, Setting, evaluate
 from swarmctl.ros_packages.package import Package
 from swarmctl.swarm.addresses import ip_of, means_self
 from swarmctl.swarm.names import robot_namespace, valid_name
+
+
+def program_fields(node: Node) -> dict[str, Value]:
+    """Returns what a program has of a node whose package and executable are known."""
+    values = {
+        "package": node.package,
+        "executable": node.executable,
+        "args": [escaped(word) for word in _words(node) or ()],
+        "params": {one.name: _typed(one) for one in node.parameters if not _why_left_out(one)},
+        "remap": dict(node.remaps),
+        "environment": {
+            one.name: escaped(one.value or "") for one in node.environment if not _why_left_out(one)
+        },
+    }
+    return {key: Value(value, node.place) for key, value in values.items() if value}
+
+
+def left_out(node: Node, unknown: Unknown) -> Iterator[str]:
+    """Says what of a node its program does not have, but for what is ``unknown``."""
+    for one in (*node.parameters, *node.environment):
+        if not unknown.has(one.place, "value") and (why := _why_left_out(one)):
+            yield f"{one.place}: {one.name} {why}"
+    if node.arguments is not None and _words(node) is None:
+        yield f"{node.place}: its args may have a secret, or a quote that does not end"
+    for text in node.rosparams:
+        yield f"{text.place}: its rosparam has no key in a spec; write `params`"
+
+
+def _why_left_out(one: Setting) -> str:
+    """Says why a parameter or a variable is left out; empty if it is not."""
+    if one.value is None:
+        return "has no value here"
+    return "may be a secret" if is_secret(one.name, one.value) else ""
+
+
+def _words(node: Node) -> Sequence[str] | None:
+    """The words of a node's `args`, as roslaunch splits them; None if they are not known, or not shown."""
+    try:
+        words = None if node.arguments is None else shlex.split(node.arguments)
+    except ValueError:
+        return None
+    for word in words or ():
+        name, _, value = word.partition("=")
+        if is_secret(name, word) or is_secret(name, value):
+            return None
+    return words
+
+
+def _typed(one: Setting) -> Any:
+    """The value as roslaunch types it: as declared, or the first of int, double, bool that it looks like."""
+    text = one.value or ""
+    kinds = ("int", "double", "bool") if one.type in ("", "auto") else (one.type,)
+    for kind in kinds:
+        try:
+            if kind == "int":
+                return int(text)
+            if kind == "double" and math.isfinite(number := float(text)):
+                return number
+        except ValueError:
+            continue
+        if kind in {"bool", "boolean"} and text.lower() in {"true", "false"}:
+            return text.lower() == "true"
+    return escaped(text)
+
+
+# What people call robots of a type. A plural and two words with `_` or `-` between them count as well.
+_CALLED: Mapping[str, str] = {
+    "koala": "koala",
+    **dict.fromkeys(("khepera3", "kheperaiii", "khepera", "k3"), "khepera3"),
+    **dict.fromkeys(("epuck", "mepuck"), "epuck"),
+    "epuck2": "epuck2",
+}
+_TWO_WORDS = re.compile(r"(?<=e)[_-](?=puck)|(?<=khepera)[_-](?=iii|3)|(?<=epuck)[_-](?=2)")
+_OF_DRIVERS = re.compile("driver|node|base|serial|robots?|ros|py|cpp|controller|exe|bringup")
+_OF_GROUPS = re.compile("robots?|hosts|pis")
+
+
+def driven_type(package: str, executable: str, types: Collection[str]) -> str:
+    """Returns the type of the robot that a node drives; empty if its names do not say so.
+
+    All words of the executable, or of package and executable, name the robot or are words such as `driver`.
+    """
+    return _type_in(executable, _OF_DRIVERS, types) or _type_in(f"{package} {executable}", _OF_DRIVERS, types)
+
+
+def type_of_group(group: str, types: Collection[str]) -> str:
+    """Returns the type of the robots in a group of hosts called ``group``; empty if no type has its name."""
+    return _type_in(group, _OF_GROUPS, types)
+
+
+def _type_in(name: str, others: re.Pattern[str], types: Collection[str]) -> str:
+    """The one type that a name has; empty if a word of it is neither a type's nor one of ``others``."""
+    joined = _TWO_WORDS.sub("", name.lower())
+    words = [one for one in re.split("[^a-z0-9]+", joined) if one and not others.fullmatch(one)]
+    found = {_CALLED.get(one) or _CALLED.get(one.removesuffix("s"), "") for one in words}
+    return next(iter(found)) if len(found) == 1 and found <= set(types) else ""
+
+
+_MAC = re.compile("([0-9A-Fa-f]{2}:){5}[0-9A-Fa-f]{2}")
+_FIXED = ("/dev/ttyS", "/dev/ttyAMA", "/dev/serial0", "/dev/serial1")  # names that the kernel never changes
+_BAUD = ("baud", "baudrate", "baud_rate")
+
+
+def unknown_line(robot: str, host: str, robot_type: RobotType | None, why: str = "") -> Value:
+    """Returns the line of a robot as a place to fill in."""
+    kind = robot_type.link.kinds[0] if robot_type else "serial"
+    line: type[Line] = LINK_KINDS.get(kind)
+    example = {"kind": kind, "host": host, "robot": robot, **line.unknown_end}
+    return Value(example, fill_in=f"{why}; {line.where_to_find}" if why else line.where_to_find)
+
+
+def line_of(robot: str, host: str, robot_type: RobotType, settings: Sequence[Setting]) -> Value:
+    """Returns the line that the parameters of a driver name: a Bluetooth address or a fixed device."""
+    ends = {"host": host, "robot": robot}
+    kinds = robot_type.link.kinds
+    for one in settings:
+        value = one.value or ""
+        if "bluetooth" in kinds and _MAC.fullmatch(value):
+            return Value({"kind": "bluetooth", **ends, "mac": value.lower()}, one.place)
+        if "serial" in kinds and value.startswith(_FIXED):
+            bauds = [int(baud.value) for baud in settings if baud.name in _BAUD and _is_number(baud.value)]
+            baud = {"baud": bauds[0]} if bauds else {}
+            return Value({"kind": "serial", **ends, "device": value, **baud}, one.place)
+        if value.startswith("/dev/"):
+            return unknown_line(robot, host, robot_type, f"{one.place} opens a device that may be renamed")
+    return unknown_line(robot, host, robot_type)
+
+
+def _is_number(text: str | None) -> TypeGuard[str]:
+    return bool(re.fullmatch("[0-9]{1,9}", text or "", re.ASCII))
+
 
 _LIMIT = 20_000  # elements of all launch files together
 _ALL = "the-imported-folder"  # as a package, so that its launch files may include each other

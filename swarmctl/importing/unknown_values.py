@@ -1,12 +1,13 @@
-"""What of launch files depends on a substitution whose value only the host has."""
+"""Values that a draft leaves open: those that only the host has, and what may be a secret."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from swarmctl.importing.draft import Value
-from swarmctl.ros_packages.launched import Place
+from swarmctl.ros_packages.launch_files import Place
 
 
 class Unknown:
@@ -37,3 +38,16 @@ class Unknown:
 
 def _depends(key: str, why: str) -> str:
     return f"{'whether it applies' if key == 'if' else f'`{key}`'} depends on {why}"
+
+
+_SECRET = re.compile(
+    r"(?<!com)(?<!by)pass(?![a-z])|passwd|password|passphrase|pwd|secret|token|credential|vault|psk"
+    r"|(?<![a-z])(key|pin|auth)(?![a-z])|(api|access|private|auth)_?key|(?-i:[a-z]Key)",
+    re.I,
+)
+_IN_ADDRESS = re.compile(r"//[^/\s@]*:[^/\s@]*@")  # account:password@host
+
+
+def is_secret(name: str, value: str) -> bool:
+    """Returns True if a variable of this name, or with this value, may hold a secret."""
+    return bool(_SECRET.search(name) or _IN_ADDRESS.search(value) or "PRIVATE KEY-----" in value)

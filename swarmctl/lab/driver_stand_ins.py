@@ -11,7 +11,7 @@ from typing import Any
 
 from swarmctl.lab.emulators.robot import AT_REST
 from swarmctl.render.middleware import middleware_of
-from swarmctl.robot_types.motion import motion_of
+from swarmctl.robot_types.kinematics import motion_of
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Robot, Swarm

@@ -1,9 +1,9 @@
-"""What a udp and a tcp link have in common."""
+"""Links to robots that have an address of their own: by UDP or TCP."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -82,3 +82,26 @@ class IpLink(RobotLink):
 
     def check(self, host: str) -> str:
         return f"on {host}: ping -c 3 {self.address}; without an answer it is off or elsewhere"
+
+
+class Udp(IpLink):
+    """A connection by UDP between a host and a robot with an address of its own."""
+
+    header_bytes: ClassVar[int] = 42
+    title: ClassVar[str] = "udp"
+
+    kind: Literal["udp"] = Field(description="What kind of link this is.")
+
+    def uri(self, port: int, local_ports: tuple[int, ...]) -> str:
+        """Returns the link as mavros takes it, from the first port of the host: udp://:14550@HOST:14555."""
+        own = f":{local_ports[0]}@" if local_ports else ""
+        return f"udp://{own}{self.address}:{port}"
+
+
+class Tcp(IpLink):
+    """A connection by TCP between a host and a robot with an address of its own."""
+
+    header_bytes: ClassVar[int] = 66  # with the time stamp of TCP
+    title: ClassVar[str] = "tcp"
+
+    kind: Literal["tcp"] = Field(description="What kind of link this is.")

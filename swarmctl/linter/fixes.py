@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Span, has_errors
 from swarmctl.yamltext.edits import apply
-from swarmctl.yamltext.limits import MAX_FIXABLE
+from swarmctl.yamltext.files import MAX_FIXABLE
 
 _ROUNDS = 10
 _MOST_CHECKED = 1_000_000  # characters that all tries together check again

@@ -11,7 +11,7 @@ from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.rulebook import RuleText, rulebook
 from swarmctl.spec.load import Document
 from swarmctl.suggest import did_you_mean
-from swarmctl.yamltext.limits import MAX_FINDINGS
+from swarmctl.yamltext.files import MAX_FINDINGS
 
 MARK = "swarmctl: ignore"
 _COMMENT = re.compile(rf"#[ \t]*{MARK}[ \t]+(?P<rule>[A-Za-z0-9]+)[ \t]*(?P<reason>[^\r\n]*)")

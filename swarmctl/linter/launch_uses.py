@@ -6,11 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from swarmctl.field_types import Parameter
-from swarmctl.robot_types.placeholders import PlaceholderError, filled
-from swarmctl.robot_types.ros_launchable import RosLaunchable
+from swarmctl.robot_types.ros_launchable import PlaceholderError, RosLaunchable, filled
 from swarmctl.robot_types.ros_robot_type import RosRobotType
-from swarmctl.ros_packages.launch_files import evaluate
-from swarmctl.ros_packages.launched import Launched
+from swarmctl.ros_packages.launch_files import Launched, evaluate
 from swarmctl.spec.program_model import Program
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.program_values import files_folder, secrets_folder

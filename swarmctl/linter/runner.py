@@ -20,8 +20,7 @@ from swarmctl.rulebook import FOLDER
 from swarmctl.spec.load import Document, Draft, document_of, draft_of
 from swarmctl.spec.package_search import Search, packages_in
 from swarmctl.spec.sound_sections import UnsoundError, sections_with, sound_document, without_sections
-from swarmctl.yamltext.files import Read, content
-from swarmctl.yamltext.limits import MAX_FINDINGS
+from swarmctl.yamltext.files import MAX_FINDINGS, Read, content
 from swarmctl.yamltext.source import collector_paused
 
 

@@ -10,7 +10,7 @@ from swarm_onboard.agent.paths import stop_file
 from swarmctl.render import robot_model
 from swarmctl.render.bundle import File
 from swarmctl.render.driver_config import Tuned, codec_path, parameters, params_path, tuned, urdf_path
-from swarmctl.robot_types.effective_settings import watchdog_of
+from swarmctl.robot_types.driver_params import watchdog_of
 from swarmctl.swarm.resolved import Robot, Swarm, SwarmctlDriver
 
 

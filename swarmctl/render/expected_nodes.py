@@ -7,8 +7,8 @@ from dataclasses import replace
 from swarmctl.render.driver_config import set_parameters
 from swarmctl.render.gate_config import REPORTS as GATE_REPORTS
 from swarmctl.render.middleware import ExpectedDriver, ExpectedGate, ExpectedNode
-from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_launchable import Topic
 from swarmctl.spec import program_model as model
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Program, Robot, Swarm, SwarmctlDriver

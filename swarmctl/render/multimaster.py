@@ -14,7 +14,7 @@ from swarmctl.plugins import MULTIMASTERS
 from swarmctl.render.bundle import Part
 from swarmctl.render.middleware import Capability
 from swarmctl.spec.model import Spec
-from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.ros_model import Multimaster
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.providers import joins, provider_name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from swarmctl.robot_types.placeholders import filled
+from swarmctl.robot_types.ros_launchable import filled
 from swarmctl.spec.program_model import Container
 from swarmctl.swarm import names
 from swarmctl.swarm.program_values import files_folder, secrets_folder, values_of

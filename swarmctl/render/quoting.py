@@ -13,7 +13,7 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from swarmctl import resources
-from swarmctl.ros_packages.substitution import FIND
+from swarmctl.ros_packages.launch_files import FIND
 
 if TYPE_CHECKING:
     import jinja2

@@ -9,14 +9,7 @@ from pydantic import AfterValidator, Field
 
 from swarmctl.field_types import ConsistencyError, Model, fits_together
 from swarmctl.robot_types.binary_protocol import binary_request, is_binary, layout, value_range
-from swarmctl.robot_types.line_protocol import (
-    INDEX,
-    VALUE,
-    VALUES,
-    is_head,
-    is_text,
-    places_of,
-)
+from swarmctl.robot_types.line_protocol import INDEX, VALUE, VALUES, is_head, is_text, places_of
 from swarmctl.robot_types.sensors import ElementName, distinct
 
 

@@ -1,12 +1,15 @@
-"""The two forms of a robot type: with a protocol of its own, or with a ROS package as its driver."""
+"""The two forms of a robot type, and the names that `driver` of a robot may be."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Discriminator, RootModel, Tag
 
+from swarmctl import resources
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 
@@ -35,3 +38,25 @@ def with_protocol(types: Mapping[str, AnyRobotType]) -> dict[str, RobotType]:
 
 class RobotTypeFile(RootModel[TaggedRobotType]):
     """The file of a robot type."""
+
+
+SWARMCTL = "swarmctl"
+
+
+class DriverNames:
+    """Names of drivers; each but the first is a file of the catalog."""
+
+    @cached_property
+    def files(self) -> dict[str, Path]:
+        """The files of the catalog, by the name of their driver."""
+        return {file.stem: file for file in sorted((resources.templates() / "drivers").glob("*.yaml"))}
+
+    def names(self) -> tuple[str, ...]:
+        """Returns every name, swarmctl's first."""
+        return (SWARMCTL, *self.files)
+
+    def __contains__(self, name: object) -> bool:
+        return name == SWARMCTL or name in self.files
+
+
+DRIVERS = DriverNames()

@@ -14,7 +14,7 @@ from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.robot_types.protocols import PythonProtocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.suggest import did_you_mean
-from swarmctl.yamltext.limits import MAX_CODEC_BYTES, MAX_CODECS_BYTES
+from swarmctl.yamltext.files import MAX_CODEC_BYTES, MAX_CODECS_BYTES
 from swarmctl.yamltext.project_files import ProjectFiles
 from swarmctl.yamltext.source import Source
 

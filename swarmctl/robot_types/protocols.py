@@ -14,7 +14,6 @@ from swarmctl.robot_types.binary_protocol import (
     BinaryQuery,
     BinarySpeedCommand,
 )
-from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.line_protocol import (
     CodedExchange,
     CodedQuery,
@@ -25,6 +24,7 @@ from swarmctl.robot_types.line_protocol import (
     Setup,
     SpeedCommand,
 )
+from swarmctl.robot_types.ros_launchable import Topic
 from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 

@@ -17,8 +17,7 @@ from swarmctl.robot_types.actuators import Actuator
 from swarmctl.robot_types.consistency import inconsistencies
 from swarmctl.robot_types.kinematics import Kinematics
 from swarmctl.robot_types.protocols import DriverProtocol, Protocol, RosserialProtocol
-from swarmctl.robot_types.reading import SensorName
-from swarmctl.robot_types.sensors import Sensor
+from swarmctl.robot_types.sensors import Sensor, SensorName
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
 from swarmctl.units import Unit
 

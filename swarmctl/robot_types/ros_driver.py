@@ -19,10 +19,17 @@ from swarmctl.field_types import (
     fits_together,
 )
 from swarmctl.plugins import MIDDLEWARES, NameIn
-from swarmctl.robot_types.declared_service import Service
-from swarmctl.robot_types.declared_topic import Topic
-from swarmctl.robot_types.placeholders import Loc, is_placeholder, meanings, placeholders_in, texts_in
-from swarmctl.robot_types.ros_launchable import Device, RosLaunchable
+from swarmctl.robot_types.ros_launchable import (
+    Device,
+    Loc,
+    RosLaunchable,
+    Service,
+    Topic,
+    is_placeholder,
+    meanings,
+    placeholders_in,
+    texts_in,
+)
 from swarmctl.robot_types.settings import VelocityType
 from swarmctl.units import Unit
 

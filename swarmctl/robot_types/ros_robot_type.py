@@ -19,7 +19,7 @@ from swarmctl.field_types import (
 from swarmctl.links.link_base import RobotLink
 from swarmctl.links.link_kinds import RobotLinkKind, kinds
 from swarmctl.plugins import LINK_KINDS
-from swarmctl.robot_types.motion import Motion
+from swarmctl.robot_types.kinematics import Motion
 from swarmctl.robot_types.robot_type import Text
 from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
 from swarmctl.robot_types.settings import CommandSettings, RobotSettings

@@ -8,9 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from swarmctl.field_types import ConsistencyError, Model
-from swarmctl.robot_types.cameras import NO_CAMERA_SETTINGS, CameraSettings
-from swarmctl.robot_types.reading import SensorName
-from swarmctl.robot_types.sensors import Positive
+from swarmctl.robot_types.sensors import NO_CAMERA_SETTINGS, CameraSettings, Positive, SensorName
 from swarmctl.robot_types.sketch_settings import NO_FIRMWARE_SETTINGS, Firmware
 from swarmctl.units import Unit
 

@@ -1,4 +1,4 @@
-"""Which builds of delivered packages a platform needs, each named by all that it is made of."""
+"""Packages that travel with a release: which folders they are, and the builds that a platform needs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import re
 from collections.abc import Iterable, Mapping
 from hashlib import sha256
 
-from swarmctl.ros_packages.package import DeliveredPackage
+from swarmctl.ros_packages.package import MANIFEST, DeliveredPackage, Package, package_of
+from swarmctl.ros_packages.package_manifest import faults_of
+from swarmctl.ros_packages.xml_tags import root_of
 
 #: What a build made of a package, for ``lib`` of a catkin space: content and permission to execute by path.
 Built = Mapping[str, tuple[bytes, bool]]
@@ -52,3 +54,40 @@ def runtime_files(package: DeliveredPackage) -> Iterable[tuple[str, tuple[bytes,
     for path, file in package.files.items():
         if not package.built_by or not (path.endswith(_SOURCES) or path == "CMakeLists.txt"):
             yield path, file
+
+
+#: What only a build makes of a package: executables, libraries, messages, settings of dynamic_reconfigure.
+_BUILDS = re.compile(
+    rb"^[^#\n]*\b(\w*add_executable|\w*add_library|pybind_add_module|pybind11_add_module|generate_messages"
+    rb"|generate_dynamic_reconfigure_options)\s*\(",
+    re.MULTILINE | re.I,
+)
+
+
+def delivered_package(
+    name: str, folder: str, files: Mapping[str, tuple[bytes, bool]]
+) -> DeliveredPackage | str:
+    """Returns the package called ``name`` with these files, or why it cannot be delivered.
+
+    ``folder``: where it lies, as messages show it.
+    """
+    if MANIFEST not in files:
+        return f"has no {MANIFEST}"
+    listing = {path: may for path, (_, may) in files.items()}
+    package: Package | None = package_of("", listing, {MANIFEST: files[MANIFEST][0]})
+    if package is None:
+        return f"has a {MANIFEST} that names no package"
+    if package.name != name:
+        return f"holds the package {package.name}"
+    if fault := next(faults_of(root_of(files[MANIFEST][0])), None):
+        return f"has a {MANIFEST} that catkin refuses: it {fault}"
+    found = _BUILDS.search(files.get("CMakeLists.txt", (b"", False))[0])
+    return DeliveredPackage(
+        name,
+        files,
+        package.depends,
+        found[1].decode() if found else "",
+        package.to_build,
+        package.to_run,
+        folder,
+    )

@@ -9,20 +9,187 @@ import posixpath
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from enum import Enum
 
-from swarmctl.ros_packages.launched import (
-    Fault,
-    Launched,
-    Machine,
-    Node,
-    Place,
-    Refusal,
-    Rosparam,
-    Setting,
-)
 from swarmctl.ros_packages.package import Package
-from swarmctl.ros_packages.substitution import SubstitutionError, is_true, substituted, unknown_part
 from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
+
+
+@dataclass(frozen=True, order=True)
+class Place:
+    """A line of a file of a package. ``file`` is the path that messages show."""
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}" if self.line else self.file
+
+
+class Refusal(str, Enum):
+    """Why roslaunch stops, or skips a part of the file."""
+
+    UNUSED = "an argument that is given and not declared"
+    MISSING = "an argument that has no value"
+    FIXED = "an argument that is given, and that the file sets itself"
+    BROKEN = "a file that roslaunch cannot read"
+    SKIPPED = "an element that roslaunch does not know, and skips"
+    ABSENT = "a file of a package that does not exist"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One refusal. ``subject`` is the argument or the path, ``known`` are those that exist."""
+
+    kind: Refusal
+    subject: str
+    place: Place
+    text: str = ""
+    known: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A parameter or an environment variable; None for a value that only the host knows."""
+
+    name: str
+    value: str | None
+    place: Place
+    type: str = ""  # that a parameter declares
+
+
+@dataclass(frozen=True)
+class Rosparam:
+    """A <rosparam>: ``name`` is empty if its text has the names; None for what only the host knows."""
+
+    name: str | None
+    text: str | None
+    place: Place
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node that a launch file starts; None for a name that only the host knows."""
+
+    name: str | None  # with its namespace
+    package: str | None
+    executable: str | None
+    remaps: tuple[tuple[str, str], ...]
+    place: Place
+    certain: bool  # False below an `if` whose value only the host knows
+    machine: str | None = ""
+    arguments: str | None = ""
+    parameters: tuple[Setting, ...] = ()  # its private ones
+    environment: tuple[Setting, ...] = ()
+    rosparams: tuple[Rosparam, ...] = ()
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A computer on which roslaunch starts nodes over SSH; None for a value that only the host knows."""
+
+    name: str | None
+    address: str | None
+    user: str | None
+    port: str | None
+    place: Place
+    is_default: bool  # for nodes that name no machine
+    has_password: bool
+    certain: bool  # as of a node
+
+
+@dataclass
+class Launched:
+    """All that one launch file and its includes bring."""
+
+    arguments: dict[str, str | None] = field(default_factory=dict)  # that the file itself declares
+    nodes: list[Node] = field(default_factory=list)
+    parameters: list[Setting] = field(default_factory=list)
+    environment: list[Setting] = field(default_factory=list)
+    rosparams: list[Rosparam] = field(default_factory=list)
+    machines: list[Machine] = field(default_factory=list)
+    masters: list[Place] = field(default_factory=list)
+    packages: dict[str, Place] = field(default_factory=dict)  # that it names, with the first place
+    files: dict[str, None] = field(default_factory=dict)  # it and its includes, as messages show them
+    unfound: list[Place] = field(default_factory=list)  # includes whose file is not known here
+    unknown: dict[tuple[Place, str], str] = field(default_factory=dict)
+    """The substitution on which an attribute depends; `if` is also `unless`, and that of what is around."""
+    faults: list[Fault] = field(default_factory=list)
+    cost: int = 0
+
+
+_ARGUMENT = re.compile(r"\$\(([^()$]{0,200})\)")
+#: What roslaunch replaces by the folder of a package.
+FIND = re.compile(r"\$\(find [A-Za-z0-9_-]+\)", re.ASCII)
+_LATER = {"env", "optenv", "anon"}  # known on the host only
+_COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
+_WORDS = {"true": True, "1": True, "false": False, "0": False}
+
+Arguments = Mapping[str, str | None]  # None: declared, with a value that is not known here
+
+
+class SubstitutionError(ValueError):
+    """What roslaunch refuses. ``argument`` is the name of the argument that has no value."""
+
+    def __init__(self, message: str, argument: str = "") -> None:
+        super().__init__(message)
+        self.argument = argument
+
+
+def substituted(text: str, arguments: Arguments, dirname: str = "") -> str | None:
+    """Returns ``text`` with the values of its arguments; None if the result is not known here.
+
+    `$(find PACKAGE)` remains as it is, since only the host knows the path. Raises `SubstitutionError`.
+    """
+    if "$(" not in text:
+        return text
+    if text.startswith("$(eval ") and text.endswith(")"):
+        return None
+    certain, parts, end = True, list[str](), 0
+    for match in _ARGUMENT.finditer(text):
+        command, *rest = match[1].split() or [""]
+        if command not in _COMMANDS:
+            raise SubstitutionError(f"`$({command} ...)` is not a substitution of roslaunch")
+        value = _value(command, rest, arguments, dirname) if command not in _LATER else None
+        certain = certain and value is not None
+        parts += [text[end : match.start()], value or ""]
+        end = match.end()
+    return "".join((*parts, text[end:])) if certain else None
+
+
+def _value(command: str, rest: list[str], arguments: Arguments, dirname: str) -> str | None:
+    if command == "dirname":
+        return dirname or None
+    if len(rest) != 1:
+        raise SubstitutionError(f"`$({command} ...)` has one name")
+    if command == "find":
+        return f"$(find {rest[0]})"
+    if rest[0] not in arguments:
+        raise SubstitutionError(f"the argument `{rest[0]}` has no value", rest[0])
+    return arguments[rest[0]]
+
+
+def unknown_part(text: str, arguments: Arguments, reasons: Mapping[str, str]) -> str:
+    """Returns the substitution that keeps ``text`` from being known; ``reasons`` are those of arguments."""
+    if text.startswith("$(eval "):
+        return "$(eval)"
+    for match in _ARGUMENT.finditer(text):
+        command, name = [*match[1].split(), "", ""][:2]
+        if command == "arg" and arguments.get(name) is None:
+            return reasons.get(name, match[0])
+        if command in _LATER:
+            return f"$({command} {name})"
+    return "a value that is too long"
+
+
+def is_true(value: str | None) -> bool | None:
+    """Returns the meaning of an `if` or `unless`; None if it is not known. Raises `SubstitutionError`."""
+    if value is None:
+        return None
+    if value.strip().lower() not in _WORDS:
+        raise SubstitutionError("the value of `if` and `unless` is true, false, 1 or 0")
+    return _WORDS[value.strip().lower()]
+
 
 _BYTES = 64  # that take as long to read as one tag to evaluate
 _MAX_INCLUDES = 16  # nested

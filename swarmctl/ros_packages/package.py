@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
 
-from swarmctl.ros_packages.conditions import holds
 from swarmctl.ros_packages.message_definitions import (
     Definition,
     DefinitionError,
     definition_of,
     messages_of_action,
 )
+from swarmctl.ros_packages.package_manifest import holds
 from swarmctl.ros_packages.xml_tags import Tag, XmlError, root_of
 
 MANIFEST = "package.xml"

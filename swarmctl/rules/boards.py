@@ -8,10 +8,8 @@ from swarmctl.analysis.rosserial_load import PATIENCE, Carried, RosserialBudget,
 from swarmctl.analysis.sketch_limits import good_bauds, most_pulses, wrong_baud
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.board_limits import boards
-from swarmctl.robot_types.message_sizes import size_of
 from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.robot_types.sketch_settings import DEFAULTS, Firmware, clashes
+from swarmctl.robot_types.sketch_settings import DEFAULTS, Firmware, boards, clashes, size_of
 from swarmctl.rules.serial_lines import BAUDS, meant_baud, near_bauds
 from swarmctl.suggest import did_you_mean
 from swarmctl.yamltext.edits import make_fix, replace_value

@@ -10,7 +10,7 @@ from swarmctl.diagnostics import Diagnostic, Span, note_of_other
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.linter.launch_uses import LaunchUse
 from swarmctl.rules.launch_files import named_nodes
-from swarmctl.spec.multimaster_model import Crossing
+from swarmctl.spec.ros_model import Crossing
 from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.swarm.modes import MULTIMASTER
 from swarmctl.swarm.names import driver_node, resolved

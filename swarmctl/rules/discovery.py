@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.render.multimaster import Discovery, provider_of, providers_with
-from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.ros_model import Multimaster
 from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.swarm.modes import MULTIMASTER
 from swarmctl.swarm.providers import provider_name

@@ -7,11 +7,10 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from swarmctl.diagnostics import Diagnostic, Note, Span, note_of_other
-from swarmctl.links.ip_link import IpLink
-from swarmctl.links.tcp_link import Tcp
+from swarmctl.links.ip_link import IpLink, Tcp
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.placeholders import PlaceholderError, filled, meanings, placeholders_in
 from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_launchable import PlaceholderError, filled, meanings, placeholders_in
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.rules.topics import bridged
 from swarmctl.swarm.names import driver_node, resolved

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Span, note_of_other
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.linter.launch_uses import LaunchUse, declared_launches
-from swarmctl.ros_packages.launched import Fault, Refusal
+from swarmctl.ros_packages.launch_files import Fault, Refusal
 from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm import names
 from swarmctl.swarm.names import driver_node, resolved

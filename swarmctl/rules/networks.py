@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
-from swarmctl.links.wlan_link import Wlan
+from swarmctl.links.network_link import Wlan
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.addresses import wanted_version
 from swarmctl.swarm.addresses import Subnet

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from swarmctl.diagnostics import Diagnostic, Span, note_of_other
 from swarmctl.linter.context import RuleContext
-from swarmctl.robot_types.placeholders import Loc, PlaceholderError, filled
 from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_launchable import Loc, PlaceholderError, filled
 from swarmctl.rules.drivers import place_of_driver
 from swarmctl.swarm.program_values import texts_of
 

@@ -11,7 +11,7 @@ from swarmctl.diagnostics import Diagnostic, Fix, Span
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.linter.launch_uses import declared_launches
 from swarmctl.ros_packages.builds import with_dependencies
-from swarmctl.ros_packages.launched import Place
+from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.message_catalog import common_messages
 from swarmctl.ros_packages.message_definitions import checksums
 from swarmctl.ros_packages.package import Package

@@ -8,10 +8,9 @@ from contextlib import suppress
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.field_types import Parameter
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.placeholders import PlaceholderError, filled
 from swarmctl.robot_types.ros_driver import RosDriver
-from swarmctl.ros_packages.parameter_files import ParameterFileError, read_file, reads_section
-from swarmctl.ros_packages.parameters import Reader, refusals
+from swarmctl.robot_types.ros_launchable import PlaceholderError, filled
+from swarmctl.ros_packages.parameters import ParameterFileError, Reader, read_file, reads_section, refusals
 from swarmctl.rules.drivers import place_of_driver
 from swarmctl.spec.program_model import Program
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from swarmctl.diagnostics import Diagnostic, Fix, Span
 from swarmctl.field_types import Parameter
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.ros_packages.parameter_files import ParameterFileError, read_file
-from swarmctl.ros_packages.substitution import FIND
+from swarmctl.ros_packages.launch_files import FIND
+from swarmctl.ros_packages.parameters import ParameterFileError, read_file
 from swarmctl.rules.parameters import reader_of
 from swarmctl.spec.program_model import Program, Template
 from swarmctl.swarm.file_templates import TemplateError, rendered

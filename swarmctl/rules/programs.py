@@ -9,8 +9,8 @@ from typing import Any
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.field_types import NAMESPACE
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.placeholders import placeholders_in
-from swarmctl.ros_packages.substitution import FIND
+from swarmctl.robot_types.ros_launchable import placeholders_in
+from swarmctl.ros_packages.launch_files import FIND
 from swarmctl.spec.program_model import Kind, Program
 from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm.program_values import available_to, texts_of

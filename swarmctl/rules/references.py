@@ -15,11 +15,11 @@ from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.field_types import KEY
 from swarmctl.links.link_base import NetworkLink
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.spec.beside_files import advice
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.model import Mode
 from swarmctl.spec.references import COMMANDERS, at, mentions, renaming, undefined
 from swarmctl.spec.sound_sections import UnsoundError
-from swarmctl.spec.unread_types import advice
 from swarmctl.suggest import MOST_NEAR, Guess, guess, is_near, suggestion, typing_errors
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 from swarmctl.yamltext.source import Loc

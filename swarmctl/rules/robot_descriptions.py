@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.cameras import Image
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_driver import BASE_FRAME
-from swarmctl.robot_types.sensors import Range
+from swarmctl.robot_types.sensors import Image, Range
 from swarmctl.ros_packages.urdf import Fault, Place, Urdf, UrdfError, UrdfTooLargeError
 from swarmctl.ros_packages.xml_tags import MAX_DEPTH, MAX_NAME, MAX_TAGS
 

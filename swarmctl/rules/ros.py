@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
-from swarmctl.links.wlan_link import Wlan
+from swarmctl.links.network_link import Wlan
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.plugins import MIDDLEWARES
 from swarmctl.render.middleware import middleware_of

@@ -9,14 +9,13 @@ from dataclasses import replace
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.cameras import Image
-from swarmctl.robot_types.driver_names import SWARMCTL
-from swarmctl.robot_types.effective_settings import rates_of
-from swarmctl.robot_types.motion import Motion
-from swarmctl.robot_types.placeholders import PlaceholderError, filled
+from swarmctl.robot_types.any_robot_type import SWARMCTL
+from swarmctl.robot_types.driver_params import rates_of
+from swarmctl.robot_types.kinematics import Motion
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_launchable import PlaceholderError, filled
 from swarmctl.robot_types.ros_robot_type import RosRobotType
-from swarmctl.robot_types.sensors import Battery
+from swarmctl.robot_types.sensors import Battery, Image
 from swarmctl.robot_types.settings import Limits, RobotSettings
 from swarmctl.swarm import names
 from swarmctl.swarm.robot_maintenance import maintenance_of, power_topics

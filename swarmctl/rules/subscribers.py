@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.effective_settings import rates_of
+from swarmctl.robot_types.driver_params import rates_of
 from swarmctl.rules.topics import bridged
 from swarmctl.spec.program_model import Program
 from swarmctl.suggest import MOST_NEAR, Guess, guess, suggestion

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.spec.catalog import shipped
 from swarmctl.spec.program_model import Program
-from swarmctl.spec.program_params import shipped
 from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm.topics import JOY_TYPE
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from swarmctl.diagnostics import Diagnostic, Note, Span, note_of_other
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.effective_settings import rates_of
+from swarmctl.robot_types.driver_params import rates_of
 from swarmctl.robot_types.protocols import RosserialProtocol
 from swarmctl.robot_types.ros_driver import VELOCITIES, RosDriver
 from swarmctl.robot_types.ros_robot_type import RosRobotType

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarmctl.schema.json_schema import without_ranges
-from swarmctl.spec.program_params import Setting, shipped
+from swarmctl.spec.catalog import Setting, shipped
 from swarmctl.units import X_UNIT
 
 _HEADING = {

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Generic, TypeVar
 
+import yaml
+
 from swarmctl import resources
 from swarmctl.diagnostics import Diagnostic, drop_redundant_warnings, has_errors
-from swarmctl.robot_types.any_robot_type import ROS, AnyRobotType, form_of
+from swarmctl.field_types import Parameter
+from swarmctl.robot_types.any_robot_type import DRIVERS, ROS, AnyRobotType, form_of
 from swarmctl.robot_types.codec_check import read_codec
-from swarmctl.robot_types.driver_names import DRIVERS
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_robot_type import RosRobotType
+from swarmctl.spec.beside_files import can_be_named, unread_types, warnings
 from swarmctl.spec.model import Computer, Computers
-from swarmctl.spec.unread_types import can_be_named, unread_types, warnings
 from swarmctl.spec.validation import M, validated
-from swarmctl.yamltext.limits import MAX_FINDINGS, LoadBudget
+from swarmctl.yamltext.files import MAX_FINDINGS, LoadBudget
 from swarmctl.yamltext.project_files import ProjectFiles, link_error
 from swarmctl.yamltext.source import Source, parse
 
@@ -181,3 +185,45 @@ def _parsed(
         return None, source, problems
     value, wrong = validated(model, source)
     return value, source, drop_redundant_warnings([*problems, *wrong])
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting. It takes what is of its default's type; whole numbers pass as numbers."""
+
+    default: int | float | str
+    meaning: str
+    unit: str = ""
+    min: float = -math.inf
+    max: float = math.inf
+    pattern: str = ""
+    example: str = ""
+
+    def takes(self, value: Parameter) -> bool:
+        """Returns True if ``value`` has the setting's type and is within its bounds."""
+        if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+            return False
+        if isinstance(self.default, str) or isinstance(value, str):
+            text = isinstance(self.default, str) and isinstance(value, str)
+            return text and re.fullmatch(self.pattern, str(value)) is not None
+        whole = isinstance(value, int) or isinstance(self.default, float)
+        return whole and self.min <= value <= self.max
+
+    @property
+    def range(self) -> str:
+        """What it takes, in words."""
+        if isinstance(self.default, str):
+            return f"text such as {self.example}"
+        kind = "a whole number" if isinstance(self.default, int) else "a number"
+        return f"{kind} from {self.min:g} to {self.max:g} {self.unit}".rstrip()
+
+
+@cache
+def shipped() -> Mapping[str, Mapping[str, Setting]]:
+    """Returns the settings of shipped programs by name (swarm_onboard/teleop/settings.yaml)."""
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    data = yaml.load((resources.onboard() / "teleop/settings.yaml").read_text("utf-8"), loader)
+    return {
+        program: {name: Setting(**fields) for name, fields in settings.items()}
+        for program, settings in data.items()
+    }

@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from swarmctl.ros_packages.delivered import delivered_package
+from swarmctl.ros_packages.builds import delivered_package
 from swarmctl.ros_packages.package import MANIFEST, DeliveredPackage, package_of
-from swarmctl.spec.delivered_model import PackageSource
-from swarmctl.spec.workspace_folders import BUILT, WorkspaceFolderError, package_folders
+from swarmctl.spec.install_model import PackageSource
+from swarmctl.spec.package_search import BUILT, WorkspaceFolderError, package_folders
 from swarmctl.yamltext.project_files import ProjectFiles
 
 MAX_FILES = 2000  # of one package

@@ -25,17 +25,39 @@ from swarmctl.spec.delivered_files import read_delivered
 from swarmctl.spec.model import Computer, Spec
 from swarmctl.spec.package_search import Search, packages_in
 from swarmctl.spec.private_keys import private_keys_in
-from swarmctl.spec.selection_reading import selections
+from swarmctl.spec.selection_expansion import selections
 from swarmctl.spec.validation import validated
-from swarmctl.spec.versions import CODE as OTHER_VERSION
-from swarmctl.spec.versions import version_finding
 from swarmctl.yamltext import ranges
-from swarmctl.yamltext.files import Read, content
-from swarmctl.yamltext.include import tree_of
-from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.yamltext.compose import PLAIN, pairs_of, span_of
+from swarmctl.yamltext.files import LoadBudget, Read, content
 from swarmctl.yamltext.overlay import overlaid
-from swarmctl.yamltext.project_files import ProjectFiles
+from swarmctl.yamltext.project_files import ProjectFiles, tree_of
+from swarmctl.yamltext.scalars import number_or_text
 from swarmctl.yamltext.source import Source, source_of
+
+CODE = "SPEC006"
+CURRENT = 1
+
+
+def version_finding(root: yaml.Node | None) -> Diagnostic | None:
+    """Returns the error about a spec of a newer version than this swarmctl knows."""
+    pairs = pairs_of(root) if isinstance(root, yaml.MappingNode) else {}
+    _, node = pairs.get("version", (None, None))
+    if not isinstance(node, yaml.ScalarNode) or node.tag != PLAIN or not node.value:
+        return None
+    version = number_or_text(node.value)
+    if not isinstance(version, (int, float)) or version != version // 1 or version <= CURRENT:
+        return None
+    return Diagnostic(
+        CODE,
+        f"version {int(version)} of the spec format is newer than this swarmctl",
+        span_of(node),
+        help=(
+            f"install a newer swarmctl: this one knows version {CURRENT} (`swarmctl --version`)",
+            f"write `version: {CURRENT}` if the spec is of that version",
+        ),
+    )
+
 
 _MISSING = "SPEC002"
 
@@ -121,9 +143,7 @@ class Draft:
     @property
     def is_readable(self) -> bool:
         """False without a spec, after too many ranges and in another version: what follows is unknown."""
-        return self.root is not None and not any(
-            one.code in ("RANGE003", OTHER_VERSION) for one in self._errors()
-        )
+        return self.root is not None and not any(one.code in ("RANGE003", CODE) for one in self._errors())
 
     @property
     def is_complete(self) -> bool:

@@ -33,17 +33,13 @@ from swarmctl.field_types import (
 )
 from swarmctl.links.link_kinds import Link
 from swarmctl.plugins import MIDDLEWARES, NameIn
-from swarmctl.robot_types.any_robot_type import TaggedRobotType
-from swarmctl.robot_types.driver_names import DRIVERS
+from swarmctl.robot_types.any_robot_type import DRIVERS, TaggedRobotType
 from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
-from swarmctl.spec.delivered_model import PackageSource
-from swarmctl.spec.host_login import PORT, USER
-from swarmctl.spec.install_model import Install
-from swarmctl.spec.multimaster_model import Multimaster
-from swarmctl.spec.overlay_model import Overlay
+from swarmctl.spec.install_model import Install, PackageSource
 from swarmctl.spec.program_model import Megabytes, Program
-from swarmctl.spec.ros_model import Ros
+from swarmctl.spec.reach import PORT, USER
+from swarmctl.spec.ros_model import Multimaster, Overlay, Ros
 from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 

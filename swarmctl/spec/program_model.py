@@ -20,9 +20,7 @@ from swarmctl.field_types import (
     SelectedRobot,
 )
 from swarmctl.named_secret import Secret
-from swarmctl.robot_types.declared_service import Service
-from swarmctl.robot_types.declared_topic import Topic
-from swarmctl.robot_types.ros_launchable import Device, RosLaunchable, Words
+from swarmctl.robot_types.ros_launchable import Device, RosLaunchable, Service, Topic, Words
 from swarmctl.spec.install_model import Install
 from swarmctl.text_patterns import matching
 from swarmctl.units import Unit

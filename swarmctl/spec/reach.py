@@ -6,20 +6,35 @@ No rule is checked and no robot type is read: `swarmctl stop` must not wait for 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import yaml
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.spec.host_login import PORT, USER, HostLogin
 from swarmctl.spec.selection_candidates import Candidates
-from swarmctl.spec.selection_reading import below, candidates_in, entries, selections
+from swarmctl.spec.selection_expansion import below, candidates_in, entries, selections
 from swarmctl.yamltext import ranges
-from swarmctl.yamltext.include import tree_of
-from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.yamltext.files import LoadBudget
 from swarmctl.yamltext.overlay import overlaid
-from swarmctl.yamltext.project_files import ProjectFiles
+from swarmctl.yamltext.project_files import ProjectFiles, tree_of
+
+USER, PORT = "robot", 22  # where a spec has none
+
+
+@dataclass(frozen=True)
+class HostLogin:
+    """What a spec has about logging in to a host. ``declared``: those of `user` and `port` that it sets.
+
+    ``address``: where others reach it; ``via``: the host to jump through.
+    """
+
+    name: str
+    address: str
+    user: str = USER
+    port: int = PORT
+    via: str | None = None
+    declared: frozenset[str] = field(default=frozenset(), compare=False)
 
 
 @dataclass(frozen=True)

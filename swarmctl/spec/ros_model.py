@@ -1,14 +1,28 @@
-"""The keys of `ros`: which ROS a swarm runs, and how its nodes find each other."""
+"""The keys of ROS: which one a swarm runs, how its nodes find each other, and what joins several masters."""
 
 from __future__ import annotations
 
+import ipaddress
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from swarmctl.field_types import ConsistencyError, Folder, HostName, MasterPort, Model, fits_together
-from swarmctl.plugins import MIDDLEWARES, NameIn
+from swarmctl.field_types import (
+    ConsistencyError,
+    Folder,
+    GraphName,
+    Group,
+    HostName,
+    IslandName,
+    MasterPort,
+    Model,
+    Port,
+    Subnet,
+    fits_together,
+)
+from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS, NameIn
+from swarmctl.units import Unit
 
 Rmw = Literal["fastrtps", "cyclonedds", "zenoh"]
 Method = Literal["server", "peers", "multicast", "local", "zenoh"]
@@ -109,3 +123,60 @@ class Ros(Model):
         usual = METHODS[self.rmw or "fastrtps"]
         served = next((one for one in usual if one in SERVED), usual[0]) if self.servers else usual[0]
         return self.discovery or served
+
+
+class Crossing(Model):
+    """A topic that crosses between islands beside those that `control` and the programs need."""
+
+    topic: GraphName = Field(description="Its full ROS name.")
+    to: tuple[IslandName, ...] = Field(
+        min_length=1,
+        description="The islands that receive it; in mode standalone each is named as its host.",
+    )
+
+
+class Multimaster(Model):
+    """How islands discover each other (modes standalone and combined)."""
+
+    provider: Annotated[str, NameIn(MULTIMASTERS)] | None = Field(
+        None,
+        description="Of ROS 1: `fkie`, the default, discovers by multicast; `static` knows its peers from "
+        "this file. Of ROS 2: `relay`, the default.",
+    )
+    packages: Literal["fkie_multimaster", "multimaster_fkie", "fkie_mas"] = Field(
+        "fkie_multimaster",
+        description="Which of fkie's packages the hosts have: `fkie_multimaster` (1.x, part of Noetic), "
+        "`multimaster_fkie` (0.8 and older) or `fkie_mas` (the multi-agent suite).",
+    )
+    group: Group = Field("226.0.0.0", description="Multicast group of the discovery.")
+    port: Port = Field(11511, description="UDP port of the discovery.")
+    heartbeat_hz: Annotated[float, Field(gt=0, le=25.5), Unit("Hz")] = Field(
+        1.0, description="How often a master announces itself."
+    )
+    active_request_after: Annotated[float, Field(gt=0), Unit("s")] = Field(
+        60.0, description="Time without a message from a master until it is queried."
+    )
+    remove_after: Annotated[float, Field(gt=0), Unit("s")] = Field(
+        300.0, description="Time without a message from a master until it is removed."
+    )
+    robot_hosts: dict[HostName, tuple[HostName, ...]] = Field(
+        default_factory=dict,
+        examples=[{"k3-pi": ["epuck-pi"]}],
+        description="Peer list of each hub; all other hubs by default where multicast may fail.",
+    )
+    sync_hosts: tuple[HostName, ...] = Field((), description="Only these hubs are accepted.")
+    ignore_hosts: tuple[HostName, ...] = Field((), description="These hubs are ignored.")
+    topics: tuple[Crossing, ...] = Field((), description="What else crosses.")
+
+
+_LONGEST_PREFIX = 20  # bits: addresses of hosts follow from their names, and no two may be the same
+
+
+def _large(value: str) -> str:
+    network = ipaddress.ip_network(value)
+    if network.version == 6 or network.prefixlen > _LONGEST_PREFIX:
+        raise ValueError(f"`{value}` is not an IPv4 subnet of 4096 addresses or more, like 10.200.0.0/16")
+    return value
+
+
+Overlay = Annotated[Subnet, AfterValidator(_large)]

@@ -12,14 +12,12 @@ from pydantic import BaseModel, ValidationError
 from swarmctl.diagnostics import Diagnostic, Fix
 from swarmctl.field_types import KEY, ConsistencyError
 from swarmctl.spec.model_lookup import accepts, known_keys
-from swarmctl.spec.stray_characters import value_within
-from swarmctl.spec.validation_fixes import fix_for, without_tag
+from swarmctl.spec.validation_fixes import fix_for, value_within, without_tag
 from swarmctl.spec.validation_messages import diagnostic
 from swarmctl.suggest import nearest
 from swarmctl.yamltext.edits import make_fix, replace_value
-from swarmctl.yamltext.invisible import first_invisible, named, without_invisible
-from swarmctl.yamltext.limits import MAX_FINDINGS
-from swarmctl.yamltext.scalars import number_or_text
+from swarmctl.yamltext.files import MAX_FINDINGS
+from swarmctl.yamltext.scalars import first_invisible, named, number_or_text, without_invisible
 from swarmctl.yamltext.source import Source
 
 M = TypeVar("M", bound=BaseModel)

@@ -7,6 +7,7 @@ import ipaddress
 import json
 import re
 import unicodedata
+from collections.abc import Callable
 from typing import Any
 
 from pydantic import BaseModel
@@ -16,14 +17,37 @@ from swarmctl.field_types import MESSAGE_TYPE, NAME, NAMESPACE, ROBOT_TYPE_NAME
 from swarmctl.plugins import LINK_KINDS, Registry
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
-from swarmctl.spec.keys_elsewhere import place_of
-from swarmctl.spec.model_lookup import FORMS, accepts, is_model, known_keys, link_keys, types_at
+from swarmctl.spec.model_lookup import FORMS, accepts, is_model, known_keys, link_keys, place_of, types_at
 from swarmctl.spec.references import rename_at, renaming
 from swarmctl.suggest import Guess, guess
 from swarmctl.units import UnitError
 from swarmctl.yamltext.edits import as_text, make_fix, rename_key, replace_value, written
 from swarmctl.yamltext.scalars import number_or_text
 from swarmctl.yamltext.source import Loc, Source
+
+_CURLY = "\u2018-\u201f\u00ab\u00bb\u2039\u203a"
+# The value within, and how to write it.
+_FORMS = (
+    (re.compile(f"[{_CURLY}](?P<value>[^{_CURLY}]+)[{_CURLY}]"), "YAML knows straight quotes only: write {}"),
+    (
+        re.compile(r"(?P<value>.*[^,;\s])\s*[,;]"),
+        "a line of YAML ends without a comma or semicolon: write {}",
+    ),
+    (
+        re.compile(r"(?P<value>[^\s#/]+)\s*(?:#|//).*"),
+        "a comment begins with a blank and `#`: write {} # ...",
+    ),
+)
+
+
+def value_within(text: str, fits: Callable[[str], bool]) -> tuple[str, str] | None:
+    """Returns the value that ``fits`` within ``text``, and help; None if ``text`` has no such characters."""
+    for form, help_ in _FORMS:
+        found = form.fullmatch(text)
+        if found is not None and fits(found["value"]):
+            return found["value"], help_.format(found["value"])
+    return None
+
 
 NUMBERS = ("int_type", "float_type")
 BOOLEANS = {

@@ -12,8 +12,7 @@ from pydantic import BaseModel
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.field_types import ADAPTER, KEY, NAME, ConsistencyError
 from swarmctl.robot_types.plausibility import meant as length_meant
-from swarmctl.spec.keys_elsewhere import place_of
-from swarmctl.spec.model_lookup import accepts, described, known_keys, unit_at
+from swarmctl.spec.model_lookup import accepts, described, known_keys, place_of, unit_at
 from swarmctl.spec.validation_fixes import (
     BOOLEANS,
     NUMBERS,
@@ -36,7 +35,7 @@ from swarmctl.suggest import FOREIGN, did_you_mean, guess, suggestion
 from swarmctl.text_patterns import words_of
 from swarmctl.units import Unit
 from swarmctl.yamltext.edits import written
-from swarmctl.yamltext.invisible import legible, named
+from swarmctl.yamltext.scalars import legible, named
 from swarmctl.yamltext.source import Loc, Source
 
 _TYPES = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from swarmctl.robot_types.motion import Motion
+from swarmctl.robot_types.kinematics import Motion
 from swarmctl.robot_types.ros_driver import VELOCITIES, RosDriver
 from swarmctl.swarm import names
 

@@ -13,8 +13,8 @@ from functools import cached_property
 from swarmctl.links.ip_link import IpLink
 from swarmctl.links.link_base import Ends, Line, NetworkLink, RobotLink
 from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
-from swarmctl.robot_types.effective_settings import command_timeout_of, command_type_of
-from swarmctl.robot_types.motion import Motion, motion_of
+from swarmctl.robot_types.driver_params import command_timeout_of, command_type_of
+from swarmctl.robot_types.kinematics import Motion, motion_of
 from swarmctl.robot_types.robot_type import Link, RobotType
 from swarmctl.robot_types.ros_driver import VELOCITIES, RosDriver
 from swarmctl.robot_types.ros_robot_type import RosLink

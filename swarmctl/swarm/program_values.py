@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from swarmctl.robot_types.placeholders import Loc, texts_in
+from swarmctl.robot_types.ros_launchable import Loc, texts_in
 from swarmctl.spec import program_model as declared_program
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Program, Swarm

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS
-from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.ros_model import Multimaster
 
 
 def provider_name(settings: Multimaster | None, distro: str) -> str:

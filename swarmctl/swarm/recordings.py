@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from swarmctl.robot_types.placeholders import PlaceholderError, filled
+from swarmctl.robot_types.ros_launchable import PlaceholderError, filled
 from swarmctl.spec.program_model import Program
 from swarmctl.swarm import names
 

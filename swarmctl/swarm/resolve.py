@@ -8,7 +8,7 @@ from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.links.link_base import Device, RobotLink
 from swarmctl.spec import keystore, wireguard_keys
 from swarmctl.spec.load import Document
-from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.ros_model import Multimaster
 from swarmctl.swarm.authority import Authority, commanded_by
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.clocks import time_root

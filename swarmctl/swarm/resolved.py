@@ -12,7 +12,7 @@ from swarm_onboard.tunnel.keys import Keys
 from swarmctl.links.ip_link import IpLink
 from swarmctl.links.link_base import Device, RobotLink
 from swarmctl.robot_types.any_robot_type import AnyRobotType
-from swarmctl.robot_types.motion import Motion
+from swarmctl.robot_types.kinematics import Motion
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_robot_type import RosRobotType
@@ -23,10 +23,10 @@ from swarmctl.ros_packages.package import DeliveredPackage
 from swarmctl.ros_packages.urdf import Urdf
 from swarmctl.spec import model
 from swarmctl.spec import program_model as declared_program
-from swarmctl.spec.host_login import HostLogin
 from swarmctl.spec.install_model import Install
 from swarmctl.spec.model import Mode
-from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.reach import HostLogin
+from swarmctl.spec.ros_model import Multimaster
 from swarmctl.spec.selection_candidates import Candidates
 from swarmctl.swarm import names
 from swarmctl.swarm.command_topics import CommandTopic, is_gated

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.robot_types.driver_names import SWARMCTL
-from swarmctl.robot_types.placeholders import filled
+from swarmctl.robot_types.any_robot_type import SWARMCTL
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_launchable import filled
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.spec.load import Document
 from swarmctl.swarm.modes import distro_of, driving_host

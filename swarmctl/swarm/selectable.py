@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from swarmctl.spec.selection_candidates import Candidates
-from swarmctl.spec.selection_reading import candidates_in
+from swarmctl.spec.selection_expansion import candidates_in
 from swarmctl.swarm.index import SwarmIndex
 
 

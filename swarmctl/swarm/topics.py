@@ -6,23 +6,16 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from swarmctl.robot_types.effective_settings import equipped, rates_of
-from swarmctl.robot_types.message_sizes import size_of
+from swarmctl.robot_types.driver_params import equipped, rates_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
-from swarmctl.robot_types.sensors import (
-    ODOM,
-    SCAN,
-    Quantity,
-    Range,
-    Raw,
-    Sensor,
-)
+from swarmctl.robot_types.sensors import ODOM, SCAN, Quantity, Range, Raw, Sensor
 from swarmctl.robot_types.settings import DIAGNOSTICS as DIAGNOSTICS_RATE
 from swarmctl.robot_types.settings import RobotSettings
+from swarmctl.robot_types.sketch_settings import size_of
+from swarmctl.spec.catalog import shipped
 from swarmctl.spec.model import Spec
 from swarmctl.spec.program_model import Program
-from swarmctl.spec.program_params import shipped
 from swarmctl.swarm import names
 from swarmctl.swarm.command_topics import SENDABLE, CommandTopic
 from swarmctl.swarm.shipped_programs import SHIPPED

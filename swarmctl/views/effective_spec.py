@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from swarmctl.spec.effective_spec import Flat, Origin
-from swarmctl.yamltext.emit import literal, text_of
+from swarmctl.yamltext.scalars import literal, text_of
 
 _WIDEST = 60  # how far a long value may move the comments of all the others to the right
 

@@ -7,7 +7,7 @@ import shlex
 from rich.text import Text
 
 from swarmctl.deploy.flash import PATIENCE, Flashed, Job
-from swarmctl.firmware.build import FLASH, RAM, Built
+from swarmctl.firmware.compiler import FLASH, RAM, Built
 from swarmctl.remote.transport import HostError
 from swarmctl.render.bundle import ROOT
 from swarmctl.views.escape import printable

@@ -13,7 +13,7 @@ from rich.text import Text
 from swarmctl.analysis import serial_load
 from swarmctl.plugins import LINK_KINDS
 from swarmctl.robot_types.any_robot_type import AnyRobotType
-from swarmctl.robot_types.effective_settings import command_timeout_of, equipped, rates_of
+from swarmctl.robot_types.driver_params import command_timeout_of, equipped, rates_of
 from swarmctl.robot_types.line_protocol import CodedExchange
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.swarm.command_topics import COMMAND, COMMAND_TYPE

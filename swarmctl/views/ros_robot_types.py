@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from swarmctl.robot_types.declared_topic import Topic
-from swarmctl.robot_types.effective_settings import command_timeout_of
+from swarmctl.robot_types.driver_params import command_timeout_of
 from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_launchable import Topic
 from swarmctl.robot_types.ros_robot_type import RosLink, RosRobotType
 from swarmctl.views.escape import printable
 

@@ -1,4 +1,4 @@
-"""Composes YAML text into a tree of nodes with positions, or returns a syntax error."""
+"""Composes YAML text into a tree of nodes with positions, or returns a syntax error in plain words."""
 
 from __future__ import annotations
 
@@ -9,9 +9,232 @@ from typing import Any
 
 import yaml
 
-from swarmctl.diagnostics import Diagnostic, Span
-from swarmctl.yamltext.limits import MAX_DEPTH, MAX_NODES, MAX_REPEATED, LoadBudget
-from swarmctl.yamltext.syntax_errors import at, forbidden_character, syntax_error
+from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.yamltext.files import MAX_DEPTH, MAX_FIXABLE, MAX_NODES, MAX_REPEATED, LoadBudget
+from swarmctl.yamltext.scalars import first_invisible, named
+
+
+def at(mark: yaml.Mark) -> Span:
+    """Returns the span of the one character at a mark."""
+    return Span(mark.name, mark.line + 1, mark.column + 1, mark.line + 1, mark.column + 2)
+
+
+_NOT_CLOSED = ("this quote is not closed", "close it, or double it if it is part of the text")
+_NO_COLON = ("this key has no colon", "write it like `name: lab`")
+
+# A part of libyaml's message, our message, and our help.
+_MESSAGES = (
+    (
+        "expected ',' or '}'",
+        "this bracket is not closed, or a comma is missing in it",
+        "close it with `}`, or write the comma",
+    ),
+    (
+        "expected ',' or ']'",
+        "this bracket is not closed, or a comma is missing in it",
+        "close it with `]`, or write the comma",
+    ),
+    ("unexpected end of stream", *_NOT_CLOSED),
+    (
+        "mapping values are not allowed",
+        "a second `:` is not allowed here",
+        "indent the keys of one block alike; put text with a colon and a space in quotes",
+    ),
+    (
+        "expected key",
+        "this line does not belong to any block above it",
+        "keys of one block start in the same column",
+    ),
+    (
+        "expected '-' indicator",
+        "this is not an entry of the list above it",
+        "entries of one list start with `- ` in one column",
+    ),
+    ("could not find expected ':'", *_NO_COLON),
+    ("another document", "a second document begins here", "a spec is one document; remove the line `---`"),
+    (
+        "expected <document start>",
+        "this line does not belong to what stands above it",
+        "a spec is one document of lines like `name: lab`",
+    ),
+    (
+        "expected alphabetic or numeric character",
+        "a name is missing behind this sign",
+        "put text that starts with `*` or `&` in quotes; a list names each entry",
+    ),
+    (
+        "mapping keys are not allowed",
+        "a value cannot be `?`",
+        "write the value, or put it in quotes if it is text",
+    ),
+    (
+        "undefined alias",
+        "this alias has no anchor",
+        "put text that starts with `*` in quotes",
+    ),
+    ("duplicate anchor", "this anchor is set twice", "give each anchor a different name"),
+    (
+        "unknown escape character",
+        "this is not a valid escape",
+        "use single quotes for text with backslashes",
+    ),
+)
+_AFTER_SLIPS = ("mapping values are not allowed", "could not find expected ':'")
+_OPENED = (
+    "expected ',' or",
+    "unexpected end of stream",
+    "could not find expected ':'",
+)  # where it was opened is more useful than where its end was expected
+
+_WORD_END = re.compile(r"[^\s,{}\[\]\"']*[^\s,:{}\[\]\"']$")
+# Lines that YAML takes for the beginning of text which the next line continues.
+_SLIPS_OF_LINES = (
+    (re.compile(r"[ \t]*(?:- +)?(?P<word>[A-Za-z0-9_-]+)[ \t]*"), *_NO_COLON),
+    (
+        re.compile(r"[ \t]*(?:- +)?(?P<word>[A-Za-z0-9_-]+:)[^\s:].*"),
+        "a blank is missing behind this colon",
+        "write it like `name: lab`",
+    ),
+    (
+        re.compile(r"[ \t]*(?P<word>-)[A-Za-z].*"),
+        "a blank is missing behind this dash",
+        "begin an entry of a list with `- `",
+    ),
+    (
+        re.compile("[ \t]*(?P<word>[\u2010-\u2015\u2212\u2022*]) .*"),
+        "this is not the dash of a list",
+        "begin an entry of a list with `- `, the hyphen of the keyboard",
+    ),
+)
+_BRACKET = re.compile(r"\[[0-9][0-9,*-]*\][^\s,:{}\[\]]*")
+
+
+def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnostic:
+    """Returns YAML001 with the position and the fix of an error of libyaml."""
+    mark, place = error.problem_mark or error.context_mark, error.context_mark
+    problem = " ".join((error.problem or error.context or "invalid syntax").split())
+    if mark is None:
+        return Diagnostic("YAML001", f"this is not YAML: {problem}", Span(name, 1, 1, 1, 1))
+    if word := _range_around(text, mark.index):
+        return Diagnostic("YAML001", "a range needs quotes here", at(mark), help=(f'write "{word}"',))
+    if opened := _quote_over_lines(text, mark):
+        ends = Note(at(mark), "its text ends before this")
+        return Diagnostic("YAML001", _NOT_CLOSED[0], opened, notes=(ends,), help=_NOT_CLOSED[1:])
+    if any(words in problem for words in _AFTER_SLIPS) and (slip := _slip_in_line(text, mark, name)):
+        return slip
+    message, fix = f"this is not YAML: {problem}", ""
+    for words, plain, help_ in _MESSAGES:
+        if words in problem:
+            message, fix = plain, help_
+    if problem.startswith(("found character that cannot start", "found a tab")):
+        message, fix = _odd_character(text, mark)
+    notes: tuple[Note, ...] = ()
+    if place is not None and place.line != mark.line and any(words in problem for words in _OPENED):
+        if mark.index < len(text.rstrip()) and problem != "could not find expected ':'":
+            notes = (Note(at(mark), "the end was expected before this"),)
+        mark = place
+    elif place is not None and "anchor" in problem:
+        notes = (Note(at(place), "first here"),)
+    advice = (fix,) if fix else ()
+    if hidden := _invisible_near(text, mark):
+        notes = (*notes, hidden)
+        advice = ("YAML takes this character for a letter: write a blank, or remove it", *advice)
+    return Diagnostic("YAML001", message, at(mark), notes=notes, help=advice)
+
+
+def _invisible_near(text: str, mark: yaml.Mark) -> Note | None:
+    """Returns the first invisible character of the line of an error, or of the line before it."""
+    lines = re.split("\r\n|[\r\n]", text[: mark.index + 200])[: mark.line + 1]
+    for number, line in list(enumerate(lines, 1))[-2:]:
+        if (place := first_invisible(line)) is not None:
+            span = Span(mark.name, number, place + 1, number, place + 2)
+            return Note(span, f"the character {named(line[place])}")
+    return None
+
+
+def _quote_over_lines(text: str, mark: yaml.Mark) -> Span | None:
+    """Returns where quoted text over several lines begins that ends just before ``mark``.
+
+    A quote that is not closed takes in all lines up to the next quote.
+    """
+    if len(text) > MAX_FIXABLE:
+        return None
+    last: yaml.Token | None = None
+    try:
+        for token in yaml.scan(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+            if token.start_mark.index >= mark.index:
+                break
+            last = token if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"') else last
+    except yaml.YAMLError:
+        pass  # the error that is being reported
+    if last is None or last.end_mark.line == last.start_mark.line or mark.line > last.end_mark.line + 1:
+        return None
+    line, column = last.start_mark.line + 1, last.start_mark.column + 1
+    return Span(mark.name, line, column, line, column + 1)
+
+
+def _slip_in_line(text: str, mark: yaml.Mark, name: str) -> Diagnostic | None:
+    """Returns what is wrong with the line before an error, where YAML took that line for text."""
+    before = re.split("\r\n|[\r\n]", text[: mark.index])[: mark.line]
+    while before and not before[-1].strip():
+        before.pop()
+    for form, message, help_ in _SLIPS_OF_LINES if before else ():
+        if found := form.fullmatch(before[-1]):
+            line, (start, end) = len(before), found.span("word")
+            span = Span(name, line, start + 1, line, end + 1)
+            return Diagnostic("YAML001", message, span, help=(help_,))
+    return None
+
+
+def _range_around(text: str, index: int) -> str:
+    """Returns the range like ``pi-[1-5]`` whose bracket is at ``index``: YAML splits it within brackets."""
+    head, found = _WORD_END.search(text[max(0, index - 80) : index]), _BRACKET.match(text[index : index + 80])
+    return head[0] + found[0] if head and found else ""
+
+
+def _odd_character(text: str, mark: yaml.Mark) -> tuple[str, str]:
+    char = text[mark.index : mark.index + 1]
+    if text.startswith("```", mark.index):
+        return "three backticks are Markdown, not YAML", "remove the lines that begin with them"
+    if char == "\t":
+        return "a tab cannot indent YAML", "indent with spaces"
+    return f"text cannot start with `{char}`", "put the text in quotes"
+
+
+def forbidden_character(text: str, index: int, name: str) -> Diagnostic:
+    """Returns the error for a character that YAML forbids, or that is unsafe to display."""
+    before = text[:index].splitlines() or [""]
+    if text[:index].endswith(("\n", "\r")):
+        before.append("")
+    line, column = len(before), len(before[-1]) + 1
+    span = Span(name, line, column, line, column + 1)
+    char = text[index]
+    if char in DIRECTIONS:
+        return turned_text(char, span)
+    if char in "\x85\u2028\u2029":
+        message = f"the character U+{ord(char):04X} ends a line for some programs and not for others"
+        return Diagnostic("YAML001", message, span, help=("replace it with a plain line break",))
+    return Diagnostic(
+        "YAML001",
+        f"the character U+{ord(char):04X} is not allowed in YAML",
+        span,
+        help=("remove it; it may come from copied text",),
+    )
+
+
+DIRECTIONS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
+
+def turned_text(char: str, span: Span) -> Diagnostic:
+    """YAML013: people would read something else than programs (Unicode UTS 55, CVE-2021-42574)."""
+    return Diagnostic(
+        "YAML013",
+        f"the character U+{ord(char):04X} changes the direction of displayed text",
+        span,
+        label="people and programs read different text here",
+        help=("remove it; right-to-left text needs none of these characters",),
+    )
+
 
 Pair = tuple[yaml.Node, yaml.Node]
 

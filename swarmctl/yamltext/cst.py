@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Literal
@@ -246,3 +248,19 @@ def _block_end(text: str, start: int, end: int) -> int:
     if "+" in written[: written.find("\n")].split("#")[0]:
         return start + len(written.removesuffix("\n").removesuffix("\r"))
     return start + len(written.rstrip())
+
+
+def lost_comments(before: str, after: str) -> Iterator[tuple[int, str]]:
+    """Yields the comments of ``before`` that ``after`` lacks, with their lines."""
+    left = Counter(comment for _, comment in _comments(after))
+    for line, comment in _comments(before):
+        left[comment] -= 1
+        if left[comment] < 0:
+            yield line, comment
+
+
+def _comments(text: str) -> Iterator[tuple[int, str]]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        before, sign, rest = line.partition("#")
+        if sign and (not before or before[-1].isspace()):
+            yield number, f"# {rest.strip()}"

@@ -19,7 +19,7 @@ An edit of what a range writes once for several entries counts these as its ``co
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -27,13 +27,129 @@ from typing import Any, NamedTuple
 import yaml
 
 from swarmctl.diagnostics import Edit, Fix, Span
-from swarmctl.yamltext import cst_edits, hostlist
+from swarmctl.yamltext import hostlist
 from swarmctl.yamltext.compose import removal_of
-from swarmctl.yamltext.cst import Kind, Layout, Part, layout, line_starts
-from swarmctl.yamltext.emit import literal, text_of
-from swarmctl.yamltext.limits import MAX_FIXABLE
+from swarmctl.yamltext.cst import Entry, Kind, Layout, Part, layout, line_starts
+from swarmctl.yamltext.files import MAX_FIXABLE
+from swarmctl.yamltext.scalars import literal, text_of
 from swarmctl.yamltext.selection_text import is_selection
 from swarmctl.yamltext.source import Loc, Source
+
+Stroke = tuple[int, int, str]  # replaces the text between two offsets
+Strokes = tuple[Stroke, ...]
+
+
+def replaced(layout: Layout, part: Part, written: str) -> Strokes:
+    """Replaces the value ``part``."""
+    if part.empty:
+        behind_colon = layout.text[part.slot - 1 : part.slot] in (":", "-")
+        return ((part.slot, part.slot, f" {written}" if behind_colon else f": {written}"),)
+    if _begins_beside_slot(layout, part):
+        return ((part.start, part.end, written),)
+    return (part.slot, part.slot, f" {written}"), _lines(layout, part.start, part.end)
+
+
+def inserted(layout: Layout, part: Part, written: str, place: int = -1) -> Strokes:
+    """Inserts an entry into a collection, after the one at ``place``."""
+    if not part.entries:
+        padding = layout.text[part.start + 1 : part.end - 1]
+        if padding.strip(" "):  # a comment is between the brackets
+            return ((part.start + 1, part.start + 1, f"{written} "),)
+        opening, closing = layout.text[part.start], layout.text[part.end - 1]
+        return ((part.start, part.end, f"{opening}{padding}{written}{padding}{closing}"),)
+    before = part.entries[place]
+    if part.flow:
+        return _inserted_in_flow(layout, part, before, written)
+    indent = " " * (before.begin - layout.line_start(before.begin))
+    line_end = layout.line_end(before.end)
+    return ((line_end, line_end, f"{layout.line_break(line_end)}{indent}{written}"),)
+
+
+def _inserted_in_flow(layout: Layout, part: Part, before: Entry, written: str) -> Strokes:
+    line_end = layout.line_end(before.comma or before.end)
+    if not _begins_line(layout, before.begin) or part.end <= line_end:
+        return ((before.end, before.end, f", {written}"),)
+    line_start = layout.line_start(before.begin)
+    line = f"{layout.line_break(line_end)}{layout.text[line_start : before.begin]}{written}"
+    if before.comma is not None:
+        return ((line_end, line_end, f"{line},"),)
+    if before.end == line_end:
+        return ((line_end, line_end, f",{line}"),)
+    return (before.end, before.end, ","), (line_end, line_end, line)
+
+
+def inserted_block(layout: Layout, part: Part, key: str, items: Sequence[str]) -> Strokes:
+    """Appends a key to a file, with one line for each of its entries."""
+    end = layout.line_end(part.end)
+    line_break = layout.line_break(end)
+    gap = line_break if _has_gaps(layout, part) else ""
+    return ((end, end, f"{line_break}{gap}{line_break.join([f'{key}:', *(f'  {one}' for one in items)])}"),)
+
+
+def _has_gaps(layout: Layout, part: Part) -> bool:
+    """True if empty lines separate the entries of a file."""
+    starts = (layout.line_start(entry.begin) for entry in part.entries)
+    return any(start and not layout.text[layout.line_start(start - 1) : start].strip() for start in starts)
+
+
+def removed(layout: Layout, part: Part, place: int) -> Strokes:
+    """Removes one entry of a collection, with the comment on its line."""
+    entry = part.entries[place]
+    if len(part.entries) == 1 and not part.flow:
+        return _emptied(layout, part)
+    if part.flow:
+        return (_removed_from_flow(layout, part, place),)
+    if _begins_line(layout, entry.begin):
+        return (_lines(layout, entry.begin, entry.end),)
+    following = part.entries[place + 1].begin  # the first entry follows a dash; the next one moves there
+    if layout.line_start(following) == layout.next_line(entry.end):
+        return ((entry.begin, following, ""),)
+    return ((entry.begin, layout.line_end(entry.end), ""),)
+
+
+def _removed_from_flow(layout: Layout, part: Part, place: int) -> Stroke:
+    entry, last = part.entries[place], place == len(part.entries) - 1
+    end = entry.comma or entry.end
+    closed = last or entry.comma is not None
+    alone = _begins_line(layout, entry.begin) and closed and _ends_line(layout, end)
+    if alone:
+        return _lines(layout, entry.begin, end)
+    if not last:
+        return entry.begin, part.entries[place + 1].begin, ""
+    if place:
+        return part.entries[place - 1].end, entry.end, ""
+    return entry.begin, end, ""
+
+
+def _emptied(layout: Layout, part: Part) -> Strokes:
+    nothing = "{}" if part.kind == "mapping" else "[]"
+    if _begins_beside_slot(layout, part):
+        return ((part.entries[0].begin, part.end, nothing),)
+    return (part.slot, part.slot, f" {nothing}"), _lines(layout, part.start, part.end)
+
+
+def _begins_beside_slot(layout: Layout, part: Part) -> bool:
+    """True if a value is on the line of its colon or dash."""
+    return part.flow or part.kind == "scalar" or layout.line(part.slot) == layout.line(part.start)
+
+
+def _lines(layout: Layout, start: int, end: int) -> Stroke:
+    """Deletes whole lines; of the last line of a file also the line break before it."""
+    first, behind = layout.line_start(start), layout.next_line(end)
+    if layout.line_end(end) == behind and first:
+        before = layout.lines[layout.line(first) - 1]
+        return layout.line_end(before), behind, ""
+    return first, behind, ""
+
+
+def _begins_line(layout: Layout, offset: int) -> bool:
+    return not layout.text[layout.line_start(offset) : offset].strip()
+
+
+def _ends_line(layout: Layout, offset: int) -> bool:
+    rest = layout.text[offset : layout.line_end(offset)].strip()
+    return not rest or rest.startswith("#")
+
 
 Edits = tuple[Edit, ...]
 
@@ -72,7 +188,7 @@ def replace_value(source: Source, loc: Loc, value: Any) -> Edits:
     if found is None or found.in_list_of_range:
         return ()
     quote = found.part.style if found.part.style in _QUOTES else ""
-    return found.edits(cst_edits.replaced(found.layout, found.part, literal(value, quote)))
+    return found.edits(replaced(found.layout, found.part, literal(value, quote)))
 
 
 def exchange(source: Source, one: Loc, other: Loc, *values: Any) -> Edits:
@@ -86,7 +202,7 @@ def exchange(source: Source, one: Loc, other: Loc, *values: Any) -> Edits:
     found = hostlist.read(first.part.value)
     text = found.exchanged(*map(str, values)) if isinstance(found, hostlist.Range) else ""
     quote = first.part.style if first.part.style in _QUOTES else ""
-    made = first.edits(cst_edits.replaced(first.layout, first.part, literal(text, quote))) if text else ()
+    made = first.edits(replaced(first.layout, first.part, literal(text, quote))) if text else ()
     return tuple(replace(edit, copies=1) for edit in made)
 
 
@@ -120,7 +236,7 @@ def set_key(source: Source, loc: Loc, key: str, value: Any, *, after: str = "") 
         return replace_value(source, (*loc, key), value)
     if (removal := removal_of(found.node, key)) is not None:  # the file has the key: it would be there twice
         there = _place(source, *removal)
-        return there.edits(cst_edits.replaced(there.layout, there.part, literal(value))) if there else ()
+        return there.edits(replaced(there.layout, there.part, literal(value))) if there else ()
     if found.part.empty:
         return replace_value(source, loc, {key: value})
     keys = [entry.key for entry in found.part.entries if entry.key and not entry.explicit]
@@ -129,12 +245,10 @@ def set_key(source: Source, loc: Loc, key: str, value: Any, *, after: str = "") 
         return ()
     quote = keys[-1].style if keys else ""
     if not loc and not found.part.flow and value and isinstance(value, (Mapping, list, tuple)):
-        return found.edits(
-            cst_edits.inserted_block(found.layout, found.part, text_of(key, quote), _lines_of(value))
-        )
+        return found.edits(inserted_block(found.layout, found.part, text_of(key, quote), _lines_of(value)))
     place = names.index(after) if after in names else -1
     written = f"{text_of(key, quote)}: {literal(value, quote if found.part.flow else '')}"  # JSON stays JSON
-    return found.edits(cst_edits.inserted(found.layout, found.part, written, place))
+    return found.edits(inserted(found.layout, found.part, written, place))
 
 
 def put(source: Source, loc: Loc, value: Any) -> Edits:
@@ -164,7 +278,7 @@ def append_item(source: Source, loc: Loc, value: Any) -> Edits:
     last = found.part.entries[-1].value.style if found.part.entries else ""
     written = literal(value, last if last in _QUOTES else "")
     written = written if found.part.flow else f"- {written}"
-    return found.edits(cst_edits.inserted(found.layout, found.part, written))
+    return found.edits(inserted(found.layout, found.part, written))
 
 
 def remove(source: Source, loc: Loc) -> Edits:
@@ -172,7 +286,7 @@ def remove(source: Source, loc: Loc) -> Edits:
     found = _find(source, loc)
     if found is None or found.holder is None or not found.own_key or found.in_list_of_range:
         return ()
-    return found.edits(cst_edits.removed(found.layout, found.holder, found.number))
+    return found.edits(removed(found.layout, found.holder, found.number))
 
 
 def apply(text: str, edits: Iterable[Edit]) -> str:
@@ -211,7 +325,7 @@ class _Place(NamedTuple):
         """True for a name that a selection means: the text decides about others too."""
         return not self.exact and is_selection(self.part.value)
 
-    def edits(self, strokes: cst_edits.Strokes) -> Edits:
+    def edits(self, strokes: Strokes) -> Edits:
         return tuple(Edit(self._span(start, end), written, self.copies) for start, end, written in strokes)
 
     def _span(self, start: int, end: int) -> Span:

@@ -11,7 +11,7 @@ import yaml
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.suggest import did_you_mean
 from swarmctl.yamltext.compose import OverlaidNode, Pair, is_null, pairs_of, span_of
-from swarmctl.yamltext.limits import MAX_DEPTH, MAX_NODES
+from swarmctl.yamltext.files import MAX_DEPTH, MAX_NODES
 
 # Keys that identify the entries of a list, and the key whose removal removes the entry.
 _ENTRIES = {"links": (("robot", "name"), "kind"), "control": (("by",), "of")}

@@ -16,8 +16,8 @@ import yaml
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note, Span
 from swarmctl.yamltext import hostlist
 from swarmctl.yamltext.compose import span_of
+from swarmctl.yamltext.files import MAX_DEPTH, MAX_FINDINGS, MAX_NODES
 from swarmctl.yamltext.hostlist import Range
-from swarmctl.yamltext.limits import MAX_DEPTH, MAX_FINDINGS, MAX_NODES
 
 EACH = "each"
 

@@ -15,6 +15,7 @@ import yaml
 from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.yamltext import scalars
 from swarmctl.yamltext.compose import (
+    DIRECTIONS,
     PLAIN,
     TEXT,
     TOO_DEEP,
@@ -23,10 +24,10 @@ from swarmctl.yamltext.compose import (
     pairs_of,
     removal_of,
     span_of,
+    turned_text,
 )
-from swarmctl.yamltext.limits import MAX_DEPTH, MAX_FINDINGS, MAX_REPEATED, LoadBudget
+from swarmctl.yamltext.files import MAX_DEPTH, MAX_FINDINGS, MAX_REPEATED, LoadBudget
 from swarmctl.yamltext.ranges import may_stand_in
-from swarmctl.yamltext.syntax_errors import DIRECTIONS, turned_text
 
 Loc = Sequence[str | int]
 

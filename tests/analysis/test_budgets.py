@@ -17,9 +17,8 @@ from swarmctl.analysis.rosserial_load import program_budget, rosserial_budgets
 from swarmctl.analysis.serial_load import Exchange, SerialLoad, load_of, serial_budgets
 from swarmctl.linter.runner import lint
 from swarmctl.robot_types.any_robot_type import with_protocol
-from swarmctl.robot_types.board_limits import boards
-from swarmctl.robot_types.effective_settings import rates_of
-from swarmctl.robot_types.message_sizes import size_of
+from swarmctl.robot_types.driver_params import rates_of
+from swarmctl.robot_types.sketch_settings import boards, size_of
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.spec.program_model import Program

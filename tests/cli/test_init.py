@@ -16,7 +16,7 @@ from swarmctl.linter.runner import lint
 from swarmctl.plugins import MIDDLEWARES
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.ros_robot_type import RosRobotType
-from swarmctl.scaffold.starting_spec import starting_spec
+from swarmctl.scaffold.starting_files import starting_spec
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.spec.model import Mode

@@ -26,7 +26,7 @@ from swarmctl.lab.emulators.serial_faults import Faults
 from swarmctl.lab.emulators.serial_robot import Port
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.scaffold.robot_type_file import codec_text
+from swarmctl.scaffold.starting_files import codec_text
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.views import conformance as view
 from swarmctl.yamltext.source import parse

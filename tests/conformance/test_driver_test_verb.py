@@ -20,7 +20,7 @@ from swarmctl.cli import exit_codes
 from swarmctl.lab.emulators import ArduinoRover
 from swarmctl.lab.emulators.serial_faults import Faults
 from swarmctl.lab.emulators.serial_robot import Port
-from swarmctl.scaffold.robot_type_file import codec_text
+from swarmctl.scaffold.starting_files import codec_text
 from tests import ROOT
 from tests.conformance.user_robots import OWN, TYPE, beetle
 from tests.timing import PATIENCE, wait_for

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.firmware import toolchain
+from swarmctl.firmware import compiler
 from swarmctl.lab.emulators.uno import program
 from swarmctl.lab.errors import LabError
 from tests import ROOT
@@ -27,9 +27,9 @@ PATIENCE = 40.0  # s: rosserial_python misses a board after 15, and may take 5 t
 def rover_lab(name: str, workplace: Path, *options: str, driver: str = "swarmctl") -> Iterator[LabSwarm]:
     """The example, deployed, where people on the host may command as well."""
     try:
-        toolchain.find()
+        compiler.find()
         program()
-    except (toolchain.FirmwareError, LabError) as error:
+    except (compiler.FirmwareError, LabError) as error:
         pytest.skip(str(error))
     folder = workplace / f"{name}-spec"
     folder.mkdir()

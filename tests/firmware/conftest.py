@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from swarmctl.firmware import toolchain
-from swarmctl.firmware.build import Built, build
+from swarmctl.firmware import compiler
+from swarmctl.firmware.compiler import Built, build
 from swarmctl.lab.emulators.uno import program
 from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.lab.errors import LabError
@@ -18,16 +18,16 @@ from tests.firmware.firmware_bench import Bench
 
 
 @pytest.fixture(scope="session")
-def tools() -> toolchain.Toolchain:
+def tools() -> compiler.Toolchain:
     try:
-        return toolchain.find()
-    except toolchain.FirmwareError as error:
+        return compiler.find()
+    except compiler.FirmwareError as error:
         pytest.skip(f"{error} ({error.help_lines[0]})")
 
 
 @pytest.fixture(scope="session")
 def build_firmware(
-    tools: toolchain.Toolchain, tmp_path_factory: pytest.TempPathFactory
+    tools: compiler.Toolchain, tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[FirmwareSettings], Built]:
     def built(settings: FirmwareSettings) -> Built:
         made = sketch("rover", settings)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from swarmctl.analysis.rosserial_load import PATIENCE
 from swarmctl.analysis.sketch_limits import PULSES_PER_SECOND, most_pulses, patience, wrong_baud
-from swarmctl.firmware.build import Built
+from swarmctl.firmware.compiler import Built
 from swarmctl.lab.emulators.uno import LEFT, RIGHT
 from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.render.sketch import FirmwareSettings

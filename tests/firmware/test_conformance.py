@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from swarmctl.conformance.results import Verdict
-from swarmctl.firmware.build import Built
+from swarmctl.firmware.compiler import Built
 from swarmctl.lab.emulators.uno import LEFT, RIGHT, Fault
 from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.render.sketch import FirmwareSettings, sketch

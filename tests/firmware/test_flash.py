@@ -15,7 +15,7 @@ import serial
 from swarmctl.deploy.flash import Flashed, Job, flash
 from swarmctl.deploy.flash import result_of as outcome
 from swarmctl.firmware import avrdude
-from swarmctl.firmware.build import Built
+from swarmctl.firmware.compiler import Built
 from swarmctl.lab.emulators.bootloader import PAGE
 from swarmctl.lab.emulators.serial_robot import Port
 from swarmctl.lab.emulators.uno import image

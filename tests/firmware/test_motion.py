@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 import pytest
 
-from swarmctl.firmware.build import Built
+from swarmctl.firmware.compiler import Built
 from swarmctl.lab.emulators.uno import LEFT, Motor
 from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.render.sketch import FirmwareSettings

@@ -11,8 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from swarmctl.firmware.build import RAM, Built
-from swarmctl.firmware.toolchain import Toolchain
+from swarmctl.firmware.compiler import RAM, Built, Toolchain
 from swarmctl.lab.emulators.uno import Fault
 from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from tests.firmware import stack

@@ -11,8 +11,8 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.firmware import toolchain
-from swarmctl.firmware.build import RAM
+from swarmctl.firmware import compiler
+from swarmctl.firmware.compiler import RAM
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.sketch import sketch_of
 from tests import ROOT
@@ -69,7 +69,7 @@ def test_another_sketch_restarts_no_driver() -> None:
 
 
 def test_build_prints_the_sizes(
-    tools: toolchain.Toolchain, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tools: compiler.Toolchain, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["firmware", "build", str(EXAMPLE), "--out", str(tmp_path), "--json"]) == exit_codes.OK
     [output] = json.loads(capsys.readouterr().out)["firmware"]
@@ -81,7 +81,7 @@ def test_build_prints_the_sizes(
 
 
 def test_flash_shows_what_it_would_do(
-    tools: toolchain.Toolchain, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tools: compiler.Toolchain, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert (
         run(["firmware", "flash", str(EXAMPLE), "rover", "--out", str(tmp_path), "--dry-run"])
@@ -111,7 +111,7 @@ def test_a_robot_without_such_a_board(
 def test_a_missing_tool_is_named_with_its_package(
     missing: str, package: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(toolchain.shutil, "which", lambda name: None if name == missing else f"/bin/{name}")
+    monkeypatch.setattr(compiler.shutil, "which", lambda name: None if name == missing else f"/bin/{name}")
     assert run(["firmware", "build", str(EXAMPLE)]) == exit_codes.ERROR
     output = capsys.readouterr().err
     assert f"{missing} is missing" in output

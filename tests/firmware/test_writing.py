@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from swarmctl.deploy.flash import Job
 from swarmctl.firmware import avrdude
-from swarmctl.firmware.build import Built
+from swarmctl.firmware.compiler import Built
 from swarmctl.lab.emulators.bootloader import PAGE
 from swarmctl.lab.emulators.uno import image
 from swarmctl.views import firmware as view

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarmctl.importing import inventory
+from swarmctl.importing import ansible_hosts
 from swarmctl.importing.drafting import DraftError
 from tests.importing.drafts import data, draft, lab
 
@@ -95,7 +95,7 @@ def test_a_full_disk_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     def full(*_args: object, **_options: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(inventory, "_listed", full)
+    monkeypatch.setattr(ansible_hosts, "_listed", full)
     with pytest.raises(DraftError) as error:
         draft(lab(tmp_path, {"hosts.ini": "[pis]\nk3\n"}))
     assert "No space left on device" in error.value.args[0]
@@ -144,7 +144,7 @@ def test_no_inventory_changes_the_structure(names: list[str], key: str, value: s
     hosts = {name: {key: value, secret: SECRET} for name in names} | {"k3-pi": {"ansible_host": "10.0.0.1"}}
     answer = {"_meta": {"hostvars": hosts}, "all": {"children": ["pis"]}, "pis": {"hosts": list(hosts)}}
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(inventory, "_listed", lambda *_: answer)
+        patch.setattr(ansible_hosts, "_listed", lambda *_: answer)
         found = draft(lab(Path(folder), {"hosts.ini": "[pis]\nk3-pi\n"}))
     read = data(found)
     assert SECRET not in found.text

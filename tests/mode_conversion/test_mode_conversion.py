@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from swarmctl.diagnostics import has_errors
 from swarmctl.linter.runner import lint
-from swarmctl.mode_conversion.arrangement import ArrangementError
 from swarmctl.mode_conversion.convert import Conversion, converted
-from swarmctl.mode_conversion.infer import infer
+from swarmctl.mode_conversion.infer import ArrangementError, infer
 from swarmctl.mode_conversion.ros_conversion import for_distro
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import Document, load_text

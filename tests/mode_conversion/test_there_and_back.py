@@ -9,8 +9,8 @@ import pytest
 
 from swarmctl.diagnostics import has_errors
 from swarmctl.linter.runner import lint
-from swarmctl.mode_conversion.arrangement import ArrangementError
 from swarmctl.mode_conversion.convert import Conversion, converted
+from swarmctl.mode_conversion.infer import ArrangementError
 from swarmctl.render.build_bundle import bundles
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import Document, load_text

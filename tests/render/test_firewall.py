@@ -18,7 +18,7 @@ from swarm_onboard.ros2_probe import observe
 
 from swarmctl.render import firewall
 from swarmctl.spec.model import Mode, Spec
-from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.ros_model import Multimaster
 from swarmctl.swarm.discovery import Discovery
 from swarmctl.swarm.flow import Service
 from swarmctl.swarm.flows import ros_flows

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 
 from swarmctl.render.ros2.node_words import node_params
 from swarmctl.render.yaml_params import params_file
-from swarmctl.ros_packages.parameter_files import ParameterFileError, read_file, reads_section
-from swarmctl.ros_packages.parameters import for_rcl, refusals
+from swarmctl.ros_packages.parameters import ParameterFileError, for_rcl, read_file, reads_section, refusals
 from tests.render.reader_of import Reader, reader_of
 from tests.render.rendered import bundle_of, text_of
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.robot_types.binary_protocol import BinaryQuery
-from swarmctl.robot_types.cameras import Preparation
+from swarmctl.robot_types.sensors import Preparation
 from swarmctl.spec.catalog import load_catalog
 from tests import ROOT
 

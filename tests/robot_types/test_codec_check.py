@@ -10,7 +10,7 @@ import pytest
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.yamltext.limits import MAX_CODEC_BYTES
+from swarmctl.yamltext.files import MAX_CODEC_BYTES
 
 TYPE = """\
 title: Snail

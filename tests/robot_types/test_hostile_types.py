@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmctl.robot_types.safe_regex import bounded
+from swarmctl.robot_types.line_protocol import bounded
 from swarmctl.spec.catalog import load_catalog
 from tests.timing import work_at_most
 

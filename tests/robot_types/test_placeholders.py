@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from swarmctl.field_types import Value
-from swarmctl.robot_types.placeholders import PlaceholderError, filled, meanings, placeholders_in
+from swarmctl.robot_types.ros_launchable import PlaceholderError, filled, meanings, placeholders_in
 
 VALUES = {"namespace": "tb3_01", "baud": 57600, "device": "/dev/swarm/tb3-01"}
 

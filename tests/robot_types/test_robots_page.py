@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from swarmctl.robot_types.any_robot_type import with_protocol
-from swarmctl.robot_types.effective_settings import rates_of
+from swarmctl.robot_types.driver_params import rates_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.swarm.topics import MESSAGES, actuators_of, topic_of

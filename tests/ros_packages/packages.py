@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.ros_packages.launch_files import evaluate
-from swarmctl.ros_packages.launched import Launched
+from swarmctl.ros_packages.launch_files import Launched, evaluate
 from swarmctl.ros_packages.package import Package, package_of
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmctl.ros_packages.launched import Launched, Refusal
+from swarmctl.ros_packages.launch_files import Launched, Refusal
 from tests.ros_packages.packages import launched, package
 
 NODE = '<node pkg="p" type="t" name="{}" />'

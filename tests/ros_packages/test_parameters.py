@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from swarmctl.ros_packages.parameter_files import ParameterFileError, read_file
-from swarmctl.ros_packages.parameters import Reader, refusals
+from swarmctl.ros_packages.parameters import ParameterFileError, Reader, read_file, refusals
 
 RCL, ROSPARAM = "rcl", "rosparam"
 #: A value, what refuses it, and where and why; the rest takes it.

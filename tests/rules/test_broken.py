@@ -11,7 +11,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.yamltext.limits import MAX_BYTES
+from swarmctl.yamltext.files import MAX_BYTES
 from tests.loading import lint_files
 from tests.rules.specs import BROKEN, specs_in
 from tests.rules.specs import spec as spec_of

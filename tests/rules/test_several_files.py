@@ -13,7 +13,7 @@ from swarmctl.cli.app import run
 from swarmctl.links.serial_link import FixedLine
 from swarmctl.spec.load import Document, load
 from swarmctl.swarm.resolved import Swarm
-from swarmctl.yamltext.limits import MAX_BYTES, MAX_CHAIN, MAX_FILES
+from swarmctl.yamltext.files import MAX_BYTES, MAX_CHAIN, MAX_FILES
 from tests.loading import load_swarm
 
 SEVERAL = Path(__file__).parent / "several_files"

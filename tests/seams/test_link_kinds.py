@@ -18,7 +18,7 @@ from swarmctl.linter.runner import lint
 from swarmctl.mode_conversion.convert import converted
 from swarmctl.plugins import LINK_KINDS
 from swarmctl.render.driver_config import parameters
-from swarmctl.scaffold.starting_spec import starting_spec
+from swarmctl.scaffold.starting_files import starting_spec
 from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.load import load
 from swarmctl.spec.model import Mode

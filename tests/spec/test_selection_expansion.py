@@ -7,11 +7,10 @@ import pytest
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import Document, load_text
 from swarmctl.spec.references import rename
-from swarmctl.spec.selection_expansion import expand
-from swarmctl.spec.selection_reading import below, entries
+from swarmctl.spec.selection_expansion import below, entries, expand
 from swarmctl.yamltext.compose import compose
 from swarmctl.yamltext.edits import remove, replace_value
-from swarmctl.yamltext.limits import MAX_NODES, LoadBudget
+from swarmctl.yamltext.files import MAX_NODES, LoadBudget
 
 SPEC = """\
 version: 1

@@ -11,8 +11,8 @@ from pydantic import Field, create_model
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.field_types import Model
 from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.spec.keys_elsewhere import PLACES
 from swarmctl.spec.model import Computers, Spec
+from swarmctl.spec.model_lookup import PLACES
 from swarmctl.spec.validation import validated
 from swarmctl.text_patterns import words_of
 from swarmctl.yamltext.source import Source, parse

@@ -22,7 +22,7 @@ from swarmctl.links.radio_link import Radio
 from swarmctl.linter.runner import lint
 from swarmctl.mode_conversion.convert import converted
 from swarmctl.render.build_bundle import bundles
-from swarmctl.scaffold.starting_spec import starting_spec
+from swarmctl.scaffold.starting_files import starting_spec
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load
 from swarmctl.spec.model import Mode

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from operator import mul
 
-from swarmctl.yamltext.limits import MAX_BYTES, MAX_CODEC_BYTES, MAX_NODES
+from swarmctl.yamltext.files import MAX_BYTES, MAX_CODEC_BYTES, MAX_NODES
 from tests import ROOT
 
 EXAMPLE = (ROOT / "examples/paper-leader/swarm.yaml").read_text("utf-8")

@@ -23,7 +23,7 @@ from swarmctl.yamltext.edits import (
     replace_value,
     set_key,
 )
-from swarmctl.yamltext.emit import literal
+from swarmctl.yamltext.scalars import literal
 from swarmctl.yamltext.source import Source, parse
 from tests.spec.written import DATA, KEYS, SPECS, Writer
 

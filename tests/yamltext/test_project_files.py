@@ -13,7 +13,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.yamltext.limits import MAX_BYTES, MAX_FILES, MAX_NODES
+from swarmctl.yamltext.files import MAX_BYTES, MAX_FILES, MAX_NODES
 from tests import ROOT, in_process
 from tests.loading import load_checked
 from tests.sizes import some_of

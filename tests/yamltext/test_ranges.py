@@ -18,8 +18,8 @@ from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import Document, load, load_text
 from swarmctl.yamltext import edits, hostlist, ranges
 from swarmctl.yamltext.compose import compose
+from swarmctl.yamltext.files import LoadBudget
 from swarmctl.yamltext.hostlist import NoRange, Range
-from swarmctl.yamltext.limits import LoadBudget
 from swarmctl.yamltext.source import source_of
 from tests import ROOT
 from tests.timing import work_at_most

@@ -10,7 +10,7 @@ import pytest
 from swarmctl.rulebook import Severity
 from swarmctl.spec.catalog import Catalog
 from swarmctl.spec.load import load_text
-from swarmctl.yamltext.limits import MAX_NUMBER
+from swarmctl.yamltext.files import MAX_NUMBER
 from swarmctl.yamltext.scalars import WORDS, number_or_text
 from swarmctl.yamltext.source import parse
 

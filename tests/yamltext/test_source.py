@@ -16,7 +16,7 @@ from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.views.escape import printable
 from swarmctl.views.findings import human
-from swarmctl.yamltext.limits import MAX_DEPTH
+from swarmctl.yamltext.files import MAX_DEPTH
 from swarmctl.yamltext.source import parse
 from tests import ROOT
 from tests.timing import work_at_most

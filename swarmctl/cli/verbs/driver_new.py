@@ -41,7 +41,7 @@ def new(
     Values that only you know are empty: `driver show NAME` lists them, `driver test NAME` tries a protocol.
     """
     from swarmctl.robot_types.protocols import PROTOCOLS
-    from swarmctl.scaffold import robot_type_file
+    from swarmctl.scaffold import starting_files
     from swarmctl.suggest import did_you_mean
 
     _check_name(name)
@@ -63,11 +63,11 @@ def new(
                 console.fail(f"{path} exists already", "choose another name, or remove the file first")
         schema = (folder / ".swarmctl").is_dir()
         if driver:
-            files = {file: robot_type_file.ros_type_text(name, package, file_name, schema=schema)}
+            files = {file: starting_files.ros_type_text(name, package, file_name, schema=schema)}
         else:
-            files = {file: robot_type_file.type_text(name, protocol, schema=schema)}
+            files = {file: starting_files.type_text(name, protocol, schema=schema)}
         if protocol == "python":
-            files[file.with_suffix(".py")] = robot_type_file.codec_text(name)
+            files[file.with_suffix(".py")] = starting_files.codec_text(name)
         for path, text in files.items():
             file_writes.create(path, text.encode())
     for path in files:

@@ -13,7 +13,7 @@ from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.deploy.flash import Job
-    from swarmctl.firmware.build import Built
+    from swarmctl.firmware.compiler import Built
     from swarmctl.remote.transport import Target
     from swarmctl.render.sketch import Sketch
     from swarmctl.swarm.resolved import Robot, Swarm
@@ -194,12 +194,12 @@ def _chosen(swarm: Swarm, robots: Sequence[str]) -> dict[str, Sketch]:
 
 
 def _built(name: str, sketch: Sketch, out: Path, core: Path | None) -> Built:
-    from swarmctl.firmware import build as building
-    from swarmctl.firmware import toolchain
+    from swarmctl.firmware import compiler
+    from swarmctl.firmware import compiler as building
 
     try:
-        return building.build(name, sketch.sources, out, toolchain.find(core))
-    except toolchain.FirmwareError as error:
+        return building.build(name, sketch.sources, out, compiler.find(core))
+    except compiler.FirmwareError as error:
         console.fail(str(error), *error.help_lines)
     except OSError as error:
         console.fail(console.cannot_write(error, out), "choose another --out")

@@ -49,7 +49,7 @@ def init(
     No file is overwritten. After an upgrade: swarmctl schema --out DIR/.swarmctl
     """
     from swarmctl.diagnostics import has_errors
-    from swarmctl.scaffold.starting_spec import starting_spec
+    from swarmctl.scaffold.starting_files import starting_spec
     from swarmctl.spec.catalog import load_catalog
     from swarmctl.spec.model import Mode
     from swarmctl.swarm.names import valid_name

@@ -112,8 +112,8 @@ def _findings(document: Document, text: str) -> list[tuple[str, str]]:
 
 
 def _converted(document: Document, to: str) -> Conversion:
-    from swarmctl.mode_conversion.arrangement import ArrangementError
     from swarmctl.mode_conversion.convert import converted
+    from swarmctl.mode_conversion.infer import ArrangementError
     from swarmctl.spec.model import Mode
     from swarmctl.suggest import did_you_mean
 
@@ -130,8 +130,8 @@ def _converted(document: Document, to: str) -> Conversion:
 
 def _edit(document: Document, to: Mode) -> tuple[str, str]:
     """The edit that makes the wiring that of mode ``to``, or none and the reason."""
-    from swarmctl.mode_conversion.arrangement import ArrangementError
     from swarmctl.mode_conversion.convert import converted
+    from swarmctl.mode_conversion.infer import ArrangementError
 
     try:
         conversion = converted(document, to)

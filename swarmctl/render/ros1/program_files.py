@@ -10,8 +10,8 @@ from swarmctl.render.bundle import File
 from swarmctl.render.own_program_files import own_files, params_path
 from swarmctl.render.service_values import home
 from swarmctl.render.yaml_params import params_file
-from swarmctl.robot_types.placeholders import filled
-from swarmctl.ros_packages.substitution import FIND
+from swarmctl.robot_types.ros_launchable import filled
+from swarmctl.ros_packages.launch_files import FIND
 from swarmctl.swarm.program_values import values_of
 from swarmctl.swarm.resolved import Program, Swarm
 

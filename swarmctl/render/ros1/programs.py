@@ -21,7 +21,7 @@ from swarmctl.render.ros1.program_commands import (
 from swarmctl.render.ros1.program_files import files_of, loaded_files
 from swarmctl.render.ros1.release import FACE, ROS_CLIENT, RUNNING, as_client, ros_client
 from swarmctl.render.service_values import home, service_values
-from swarmctl.robot_types.placeholders import filled
+from swarmctl.robot_types.ros_launchable import filled
 from swarmctl.swarm import names, used_packages
 from swarmctl.swarm.program_values import secrets_folder, values_of
 from swarmctl.swarm.resolved import Host, Program, Swarm

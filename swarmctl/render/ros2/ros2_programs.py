@@ -22,8 +22,8 @@ from swarmctl.render.ros2 import enclave_files, enclaves, graph_environment
 from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
 from swarmctl.render.ros2.ros2_release import FACE, RUN_NODE, run_node, running, unit_values
 from swarmctl.render.service_values import home
-from swarmctl.robot_types.placeholders import filled
-from swarmctl.ros_packages.parameter_files import read_file
+from swarmctl.robot_types.ros_launchable import filled
+from swarmctl.ros_packages.parameters import read_file
 from swarmctl.spec.program_model import Container
 from swarmctl.swarm import names
 from swarmctl.swarm.program_values import secrets_folder, values_of

@@ -18,7 +18,7 @@ from swarm_onboard.driver.driver import Phase
 from swarm_onboard.driver.protocols import BinaryQuery
 
 from swarmctl.robot_types.any_robot_type import with_protocol
-from swarmctl.robot_types.effective_settings import watchdog_of
+from swarmctl.robot_types.driver_params import watchdog_of
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.spec.catalog import load_catalog
 from tests.onboard.driver.fakes import Bench, Clock, config_for

@@ -11,7 +11,7 @@ from swarm_onboard.common.systemd import WAITS
 from swarm_onboard.teleop.fanout import STOP, ZEROS, Fanout, Twist
 from swarm_onboard.teleop.gamepad import LET_GO, READY, Hand, Pad, Settings, look, noticed
 
-from swarmctl.spec.program_params import shipped
+from swarmctl.spec.catalog import shipped
 
 ROBOTS = ("koala", "k3", "epuck")
 DEFAULTS = {name: setting.default for name, setting in shipped()["teleop-joy"].items()}

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from swarm_onboard.teleop.fanout import Twist
 from swarm_onboard.teleop.keyboard import BURST, MOVES, Keys, Settings, decoded, line, pressed
 
-from swarmctl.spec.program_params import shipped
+from swarmctl.spec.catalog import shipped
 
 KNOWN = shipped()["teleop-key"]
 SETTINGS = Settings(

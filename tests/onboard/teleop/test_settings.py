@@ -14,7 +14,7 @@ from swarm_onboard.teleop.config import SETTINGS, takes
 from swarm_onboard.teleop.keyboard import CHANGES, MOVES
 
 from swarmctl.resources import onboard
-from swarmctl.spec.program_params import shipped
+from swarmctl.spec.catalog import shipped
 from swarmctl.swarm.shipped_programs import SHIPPED
 from tests.loading import load_checked
 

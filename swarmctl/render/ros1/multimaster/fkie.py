@@ -18,7 +18,7 @@ from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES, Node
 from swarmctl.render.service_values import service_values
 from swarmctl.render.yaml_params import params_file
 from swarmctl.spec.model import Spec
-from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.ros_model import Multimaster
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import USUAL_MASTER, Listener, PortRange, master_loc
 from swarmctl.swarm.resolved import Host, Island, Swarm
