@@ -32,7 +32,7 @@ from swarmctl.field_types import (
     TimeServer,
 )
 from swarmctl.links.link_kinds import Link
-from swarmctl.plugins import MIDDLEWARES, NameIn
+from swarmctl.plugins import MIDDLEWARES, SECURITY_LEVELS, NameIn
 from swarmctl.robot_types.any_robot_type import TaggedRobotType
 from swarmctl.robot_types.driver_names import DRIVERS
 from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
@@ -44,6 +44,7 @@ from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.spec.overlay_model import Overlay
 from swarmctl.spec.program_model import Megabytes, Program
 from swarmctl.spec.ros_model import Ros
+from swarmctl.spec.security_model import IslandSecurity, Security, has_wireguard
 from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
@@ -211,10 +212,6 @@ class Robot(Model):
     )
 
 
-Security = Literal["off", "filtered", "sealed"]
-IslandSecurity = Literal["off", "filtered"]
-
-
 class Control(Model):
     """Who may command whom."""
 
@@ -363,7 +360,7 @@ class Spec(Model):
         "the units of any robot.",
     )
     security: Security = Field(
-        "off",
+        SECURITY_LEVELS.default,
         description="`filtered`: hosts let others reach ROS only where the spec declares them to be in the "
         "same island, or to share topics with it. Each has a firewall, and its units lists of addresses. "
         "`sealed`: besides, ROS uses WireGuard between the hosts, and a key of each host proves who sends.",
@@ -384,3 +381,8 @@ class Spec(Model):
         examples=[[{"rule": "SET001", "reason": "measured, and fine"}]],
         description="Findings that are known and accepted.",
     )
+
+    @property
+    def has_wireguard(self) -> bool:
+        """Whether ROS uses WireGuard between the hosts."""
+        return has_wireguard(self.security)
