@@ -1,6 +1,6 @@
-"""The middlewares, multimaster providers and kinds of links that a spec can name, also of other packages.
+"""The middlewares, multimaster providers, kinds of links and levels of security that a spec can name.
 
-A package adds one by an entry point in its pyproject.toml, a program by ``MULTIMASTERS.register(...)``:
+Another package adds one by an entry point in its pyproject.toml, a program by ``MULTIMASTERS.register(...)``:
 
     [project.entry-points."swarmctl.multimaster"]
     mesh = "my_package.mesh:MESH"
@@ -123,6 +123,16 @@ LINK_KINDS = Registry(
         "udp": "swarmctl.links.ip_link:Udp",
         "tcp": "swarmctl.links.ip_link:Tcp",
         "radio": "swarmctl.links.radio_link:Radio",
+    },
+)
+
+#: By `security`, the weakest first: objects of ``swarmctl.render.security_level.SecurityLevel``.
+SECURITY_LEVELS = Registry(
+    "swarmctl.security",
+    {
+        "off": "swarmctl.render.security_level:OFF",
+        "filtered": "swarmctl.render.firewall:FILTERED",
+        "sealed": "swarmctl.render.wireguard:SEALED",
     },
 )
 

@@ -7,12 +7,13 @@ from dataclasses import fields
 from itertools import chain
 from typing import Any
 
-from swarmctl.render import bluetooth, firewall, maintenance_file, wireguard
+from swarmctl.render import bluetooth, maintenance_file
 from swarmctl.render.bundle import Bundle, File, Part, Unit
 from swarmctl.render.host_os import Preparation
 from swarmctl.render.middleware import middleware_at
 from swarmctl.render.multimaster import MultimasterProvider, running_on
 from swarmctl.render.quoting import render
+from swarmctl.render.security_level import level_of
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Swarm
 from swarmctl.yamltext.source import collector_paused
@@ -35,10 +36,10 @@ def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
 
 
 def _swarm_parts(swarm: Swarm, host: Host, running: Mapping[str, MultimasterProvider]) -> Iterator[Part]:
-    """The firewall, WireGuard, robots, multimaster and programs, in the start order of their units."""
+    """The levels of security, robots, multimaster and programs, in the start order of their units."""
     island, middleware = swarm.island_of(host.name), middleware_at(swarm, host.name)
-    yield from firewall.parts(swarm, host)
-    yield from wireguard.parts(swarm, host)
+    yield from level_of(island.security).parts(swarm, host)
+    yield from level_of(swarm.security).swarm_parts(swarm, host)
     yield from bluetooth.parts(swarm, host)
     yield from middleware.robots(swarm, host, island)
     yield maintenance_file.part(swarm, host)

@@ -16,7 +16,8 @@ from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.middleware import middleware_of
 from swarmctl.render.multimaster import provider_of
 from swarmctl.render.quoting import render
-from swarmctl.render.service_values import groups, robots_with_nodes, service_values
+from swarmctl.render.security_level import SecurityLevel
+from swarmctl.render.service_values import groups, robots_with_nodes, service_values, toward_robots
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import OWN_NAME, ip_of
 from swarmctl.swarm.flow import Service
@@ -43,11 +44,42 @@ class _Rule:
     own: bool = False
 
 
-def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
-    """Yields the table, and the unit that loads it; nothing for a host of an island that is not filtered."""
+class Filtered(SecurityLevel):
+    """The level `filtered`: on each host a firewall, and lists of addresses in its units."""
+
+    filters = True
+
+    def parts(self, swarm: Swarm, host: Host) -> Iterator[Part]:
+        """Yields the table of nftables, and the unit that loads it."""
+        yield _part(swarm, host)
+
+    def reachable(self, swarm: Swarm, host: Host) -> tuple[str, ...]:
+        """Returns the addresses of the other hosts in the flows of ``host``.
+
+        A node reaches others of its host by the host's own address, and discovers by multicast in a group.
+        """
+        island = swarm.island_of(host.name)
+        peers = swarm.peers.get(host.name, frozenset())
+        addresses = (one.ros_address for name, one in swarm.hosts.items() if name in peers)
+        return (
+            "localhost",
+            host.ros_address,
+            *addresses,
+            *robots_with_nodes(swarm, island),
+            *toward_robots(swarm, host),
+            *groups(swarm, island),
+        )
+
+    def port_owner(self, host: Host) -> str:
+        """Returns the account of the units: what another one has is no port of ROS."""
+        return host.user
+
+
+FILTERED: SecurityLevel = Filtered()
+
+
+def _part(swarm: Swarm, host: Host) -> Part:
     island = swarm.island_of(host.name)
-    if not island.filtered:
-        return
     table = render(
         "firewall.nft",
         table=names.firewall_table(swarm.name),
@@ -72,7 +104,7 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         File(f"units/{name}", text, origin="security"),
         File(_LOADER, shipped_files.text("os/load-firewall"), 0o755),
     )
-    yield Part(files, (Unit(name, tuple(file.path for file in files)),), requires={"nft": ("security",)})
+    return Part(files, (Unit(name, tuple(file.path for file in files)),), requires={"nft": ("security",)})
 
 
 def _lookers(island: Island) -> Iterator[str]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from swarmctl.render.bundle import ROOT
+from swarmctl.render.security_level import level_of
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import is_ipv6
 from swarmctl.swarm.flow import Service
@@ -24,29 +25,9 @@ def service_values(swarm: Swarm, host: Host, *, master: bool = True) -> dict[str
         "target": names.target(swarm.name),
         "workspaces": host.workspaces,
         "master": master,
-        "reachable": reachable(swarm, host),
+        "reachable": level_of(swarm.island_of(host.name).security).reachable(swarm, host),
         "enclave": "",
     }
-
-
-def reachable(swarm: Swarm, host: Host) -> tuple[str, ...]:
-    """Returns what systemd lets units of this host exchange packets with: addresses; empty for all.
-
-    A node reaches others of its host by the host's own address, and discovers by multicast in a group.
-    """
-    island = swarm.island_of(host.name)
-    if not island.filtered:
-        return ()
-    peers = swarm.peers.get(host.name, frozenset())
-    addresses = (one.ros_address for name, one in swarm.hosts.items() if name in peers)
-    return (
-        "localhost",
-        host.ros_address,
-        *addresses,
-        *robots_with_nodes(swarm, island),
-        *toward_robots(swarm, host),
-        *groups(swarm, island),
-    )
 
 
 def robots_with_nodes(swarm: Swarm, island: Island) -> Iterator[str]:

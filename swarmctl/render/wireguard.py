@@ -16,7 +16,9 @@ from swarm_onboard.tunnel.peers import PEERS
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
+from swarmctl.render.firewall import Filtered
 from swarmctl.render.quoting import render
+from swarmctl.render.security_level import SecurityLevel
 from swarmctl.render.service_values import service_values
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import bracketed, subnet_of
@@ -29,10 +31,20 @@ MTU = 1280
 _RESTART_DELAY = "bin/restart-delay"
 
 
-def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
-    """Yields the peers and the unit; nothing in a swarm that is not sealed."""
-    if not swarm.overlay:
-        return
+class Sealed(Filtered):
+    """The level `sealed`: beside what `filtered` has, WireGuard between all hosts of the swarm."""
+
+    wireguard = True
+
+    def swarm_parts(self, swarm: Swarm, host: Host) -> Iterator[Part]:
+        """Yields the peers and the unit of WireGuard."""
+        yield _part(swarm, host)
+
+
+SEALED: SecurityLevel = Sealed()
+
+
+def _part(swarm: Swarm, host: Host) -> Part:
     routes = routes_of(swarm, host.name)
     listed = [
         {
@@ -59,7 +71,7 @@ def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
         *shipped_files.folder("tunnel"),
         File(_RESTART_DELAY, shipped_files.text("os/restart-delay"), 0o755),
     )
-    yield Part(
+    return Part(
         # It reads other peers while it runs: a host that joins interrupts no other.
         (File(PEERS, text.encode(), origin="security"), *program),
         (Unit(name, tuple(file.path for file in program)),),

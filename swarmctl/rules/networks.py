@@ -118,7 +118,7 @@ def _unreachable(context: RuleContext, pairs: Iterable[tuple[str, str]]) -> Iter
     WireGuard needs one address of the two, and answers where a packet came from.
     """
     strangers: dict[tuple[str, int], list[str]] = {}
-    sealed = networks_of(context) if context.spec.security == "sealed" else None
+    sealed = networks_of(context) if context.spec.has_wireguard else None
     for name, hub in pairs:
         if sealed is not None and sealed.joins(name, hub):
             continue

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.render.security_level import level_of
 from swarmctl.swarm import wireguard_addresses
 from swarmctl.swarm.addresses import Kind, kind
 from swarmctl.swarm.bridges import bridges_of
@@ -196,7 +197,7 @@ def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator
         ]
         for host, own in places.items()
     }
-    if context.spec.security == "sealed":
+    if context.spec.has_wireguard:
         networks = networks_of(context)
         apart = {
             host: [one for one in others if not (networks.joins(host, one) or networks.relay(host, one))]
@@ -220,7 +221,9 @@ def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator
 
 
 def _level(context: RuleContext) -> str:
-    return f"`security: {'sealed' if context.spec.security == 'sealed' else 'filtered'}`"
+    """The level that filters: that of the swarm, or of its first island with one."""
+    levels = (context.spec.security, *(one.security for one in context.islands))
+    return f"`security: {next(one for one in levels if level_of(one).filters)}`"
 
 
 def _networks_by_address(context: RuleContext, host: str) -> frozenset[int]:
@@ -268,7 +271,7 @@ def robots_without_keys(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("SEC009")
 def unsealable(context: RuleContext) -> Iterator[Diagnostic]:
     """What `security: sealed` cannot carry between hosts: multicast, and nodes that run elsewhere."""
-    if context.spec.security != "sealed":
+    if not context.spec.has_wireguard:
         return
     for name, island in context.spec.islands.items():
         if island.security is not None:
@@ -302,7 +305,7 @@ def unsealable(context: RuleContext) -> Iterator[Diagnostic]:
 def overlays(context: RuleContext) -> Iterator[Diagnostic]:
     """A network of WireGuard with addresses that something else has."""
     spec = context.spec
-    if spec.security != "sealed":
+    if not spec.has_wireguard:
         if spec.overlay is not None:
             yield Diagnostic(
                 "SEC010",

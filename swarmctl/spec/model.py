@@ -32,14 +32,15 @@ from swarmctl.field_types import (
     TimeServer,
 )
 from swarmctl.links.link_kinds import Link
-from swarmctl.plugins import MIDDLEWARES, NameIn
+from swarmctl.plugins import MIDDLEWARES, SECURITY_LEVELS, NameIn
 from swarmctl.robot_types.any_robot_type import DRIVERS, TaggedRobotType
 from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
 from swarmctl.spec.install_model import Install, PackageSource
 from swarmctl.spec.program_model import Megabytes, Program
 from swarmctl.spec.reach import PORT, USER
-from swarmctl.spec.ros_model import Multimaster, Overlay, Ros
+from swarmctl.spec.ros_model import Multimaster, Ros
+from swarmctl.spec.security_model import IslandSecurity, Overlay, Security, has_wireguard
 from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
@@ -207,10 +208,6 @@ class Robot(Model):
     )
 
 
-Security = Literal["off", "filtered", "sealed"]
-IslandSecurity = Literal["off", "filtered"]
-
-
 class Control(Model):
     """Who may command whom."""
 
@@ -359,7 +356,7 @@ class Spec(Model):
         "the units of any robot.",
     )
     security: Security = Field(
-        "off",
+        SECURITY_LEVELS.default,
         description="`filtered`: hosts let others reach ROS only where the spec declares them to be in the "
         "same island, or to share topics with it. Each has a firewall, and its units lists of addresses. "
         "`sealed`: besides, ROS uses WireGuard between the hosts, and a key of each host proves who sends.",
@@ -380,3 +377,8 @@ class Spec(Model):
         examples=[[{"rule": "SET001", "reason": "measured, and fine"}]],
         description="Findings that are known and accepted.",
     )
+
+    @property
+    def has_wireguard(self) -> bool:
+        """Whether ROS uses WireGuard between the hosts."""
+        return has_wireguard(self.security)

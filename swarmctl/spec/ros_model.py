@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import ipaddress
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from swarmctl.field_types import (
     ConsistencyError,
@@ -18,7 +17,6 @@ from swarmctl.field_types import (
     MasterPort,
     Model,
     Port,
-    Subnet,
     fits_together,
 )
 from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS, NameIn
@@ -167,16 +165,3 @@ class Multimaster(Model):
     sync_hosts: tuple[HostName, ...] = Field((), description="Only these hubs are accepted.")
     ignore_hosts: tuple[HostName, ...] = Field((), description="These hubs are ignored.")
     topics: tuple[Crossing, ...] = Field((), description="What else crosses.")
-
-
-_LONGEST_PREFIX = 20  # bits: addresses of hosts follow from their names, and no two may be the same
-
-
-def _large(value: str) -> str:
-    network = ipaddress.ip_network(value)
-    if network.version == 6 or network.prefixlen > _LONGEST_PREFIX:
-        raise ValueError(f"`{value}` is not an IPv4 subnet of 4096 addresses or more, like 10.200.0.0/16")
-    return value
-
-
-Overlay = Annotated[Subnet, AfterValidator(_large)]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def paths(spec: Spec) -> Iterator[str]:
     """Yields the file of a sealed swarm, from the folder of the spec."""
-    if spec.security == "sealed":
+    if spec.has_wireguard:
         yield path(spec.name)
 
 

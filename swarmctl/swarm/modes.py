@@ -71,7 +71,7 @@ class _Declared:
     hub: str
     hosts: tuple[str, ...]
     distro: str
-    filtered: bool
+    security: str
 
 
 def _declared(spec: Spec) -> Iterator[_Declared]:
@@ -79,16 +79,15 @@ def _declared(spec: Spec) -> Iterator[_Declared]:
     match spec.mode:
         case Mode.STANDALONE:
             for host in _ros_hosts(spec):
-                yield _Declared(host, spec.mode, host, (host,), distro, spec.security != "off")
+                yield _Declared(host, spec.mode, host, (host,), distro, spec.security)
         case Mode.COMBINED:
             for name, island in spec.islands.items():
                 if (hub := hub_of(island)) is not None:
-                    filtered = (island.security or spec.security) != "off"
-                    own = island.distro or distro
-                    yield _Declared(name, Mode(island.mode), hub, island.hosts, own, filtered)
+                    own, security = island.distro or distro, island.security or spec.security
+                    yield _Declared(name, Mode(island.mode), hub, island.hosts, own, security)
         case _:
             if (hub := hub_of(spec)) is not None:
-                yield _Declared(spec.name, spec.mode, hub, _ros_hosts(spec), distro, spec.security != "off")
+                yield _Declared(spec.name, spec.mode, hub, _ros_hosts(spec), distro, spec.security)
 
 
 def jump_hosts(spec: Spec) -> frozenset[str]:
@@ -140,5 +139,5 @@ def _island(spec: Spec, declared: _Declared, domain: int) -> Island:
         declared.distro,
         port or spec.ros.master_port,
         discovery,
-        filtered=declared.filtered,
+        security=declared.security,
     )

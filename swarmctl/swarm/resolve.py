@@ -41,7 +41,7 @@ def resolve(document: Document) -> Swarm:
     """
     spec, index = document.spec, SwarmIndex(document)
     bridges, content = bridges_of(index), document.files.content
-    flows, sealed = tuple(ros_flows(spec, index.islands, bridges)), spec.security == "sealed"
+    flows, sealed = tuple(ros_flows(spec, index.islands, bridges)), spec.has_wireguard
     return Swarm(
         name=spec.name,
         mode=spec.mode,
@@ -50,6 +50,7 @@ def resolve(document: Document) -> Swarm:
         use_sim_time=spec.ros.use_sim_time,
         sros2=spec.ros.sros2,
         keystore={path: content[path] for path in keystore.paths(spec) if path in content},
+        security=spec.security,
         overlay=str(network_of(spec)) if sealed else "",
         relays=networks_of(index).relays(peers_of(flows)) if sealed else {},
         wireguard_keys=wireguard_keys.text_of(content.get(wireguard_keys.path(spec.name), b"")),

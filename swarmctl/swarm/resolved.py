@@ -11,6 +11,7 @@ from swarm_onboard.tunnel.keys import Keys
 
 from swarmctl.links.ip_link import IpLink
 from swarmctl.links.link_base import Device, RobotLink
+from swarmctl.plugins import SECURITY_LEVELS
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.kinematics import Motion
 from swarmctl.robot_types.robot_type import RobotType
@@ -253,12 +254,17 @@ class Island:
     distro: str
     master_port: int
     discovery: Discovery
-    filtered: bool = False  # whether its hosts accept the packets of declared flows only
+    security: str = SECURITY_LEVELS.default
 
     @property
     def has_master(self) -> bool:
         """Whether its nodes register at a master, as those of ROS 1 do."""
         return has_master(self.distro)
+
+    @property
+    def filtered(self) -> bool:
+        """Whether its hosts accept the packets of declared flows only."""
+        return bool(SECURITY_LEVELS.get(self.security).filters)
 
 
 def island_by_host(islands: Iterable[Island]) -> Mapping[str, Island]:
@@ -330,7 +336,8 @@ class Swarm:
     sros2: bool = False
     keystore: Mapping[str, bytes] = field(default_factory=dict, repr=False)  # by path from the spec's folder
     ipv6: bool = False
-    overlay: str = ""  # the network of its WireGuard, if it is sealed
+    security: str = SECURITY_LEVELS.default
+    overlay: str = ""  # the network of its WireGuard, if it has one
     relays: Mapping[str, Mapping[str, str]] = field(default_factory=dict)  # of WireGuard, by host and peer
     wireguard_keys: str = field(default="", repr=False)  # public ones, in lines of swarm_onboard.tunnel.keys
 

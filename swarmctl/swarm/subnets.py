@@ -26,8 +26,8 @@ def advertised(spec: Spec, host: str) -> str:
 
 def ros_address(spec: Spec, host: str) -> str:
     """Returns the address that ROS uses on ``host``: in a sealed swarm that of its WireGuard."""
-    sealed = spec.security == "sealed"
-    return str(wireguard_addresses.address_of(spec, host)) if sealed else spec.hosts[host].address
+    own = spec.hosts[host].address
+    return str(wireguard_addresses.address_of(spec, host)) if spec.has_wireguard else own
 
 
 def subnet_sources_of(

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from swarm_onboard.ros2_probe import observe
 
-from swarmctl.render import firewall
+from swarmctl.render.firewall import FILTERED
 from swarmctl.spec.model import Mode, Spec
 from swarmctl.spec.ros_model import Multimaster
 from swarmctl.swarm.discovery import Discovery
@@ -63,7 +63,7 @@ def loaded(namespace: str, tables: Mapping[str, str]) -> Any:
 def table_of(swarm: Swarm, host: Host) -> str:
     return "".join(
         file.content.decode()
-        for part in firewall.parts(swarm, host)
+        for part in FILTERED.parts(swarm, host)
         for file in part.files
         if file.path == "firewall.nft"
     )
@@ -89,9 +89,9 @@ def swarms(draw: st.DrawFn) -> Swarm:
         method = draw(st.sampled_from(("server", "multicast"))) if distro == "kilted" else "server"
         servers = (names[0],) if distro == "kilted" and method == "server" else ()
         found = Discovery(method=method, servers=servers, domain=number)
-        filtered = draw(st.booleans()) or number == 0
+        level = draw(st.sampled_from(("filtered", "off"))) if number else "filtered"
         port = draw(st.sampled_from((11311, 11321 + number)))
-        islands.append(Island(f"i{number}", names[0], tuple(names), distro, port, found, filtered))
+        islands.append(Island(f"i{number}", names[0], tuple(names), distro, port, found, level))
     pairs = st.tuples(st.sampled_from(islands), st.sampled_from(islands)).filter(lambda one: one[0] != one[1])
     joined = draw(st.lists(pairs, max_size=4)) if len(islands) > 1 else []
     bridges = tuple(Bridge(f"/t{n}", "", a.name, (b.name,), "") for n, (a, b) in enumerate(joined))

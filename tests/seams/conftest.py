@@ -1,4 +1,4 @@
-"""The toy middleware and the toy provider, registered by a program or installed as another package."""
+"""The toys of toy.py, registered by a program or installed as another package."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS
+from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS, SECURITY_LEVELS
 from swarmctl.render.middleware import Middleware
 from swarmctl.render.multimaster import MultimasterProvider
+from swarmctl.render.security_level import SecurityLevel
 from tests import ROOT
-from tests.seams.toy import MESH, PEBBLE
+from tests.seams.toy import MESH, PEBBLE, WATCHED
 
+TOYS = ((MIDDLEWARES, "pebble"), (MULTIMASTERS, "mesh"), (SECURITY_LEVELS, "watched"))
 SOURCES = ROOT / "tests/seams"
 ENTRY_POINTS = """\
 [swarmctl.middleware]
@@ -23,6 +25,9 @@ pebble = pebble_plugin:PEBBLE
 
 [swarmctl.multimaster]
 mesh = pebble_plugin:MESH
+
+[swarmctl.security]
+watched = pebble_plugin:WATCHED
 """
 
 
@@ -44,7 +49,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     monkeypatch.syspath_prepend(site)
     yield site
     sys.modules.pop("pebble_plugin", None)
-    for registry, name in ((MIDDLEWARES, "pebble"), (MULTIMASTERS, "mesh")):
+    for registry, name in TOYS:
         with suppress(KeyError):  # the test did not load it
             registry.unregister(name)
 
@@ -58,8 +63,9 @@ def registered(request: pytest.FixtureRequest) -> Iterator[None]:
         return
     middleware: Middleware = PEBBLE
     provider: MultimasterProvider = MESH
-    MIDDLEWARES.register("pebble", middleware)
-    MULTIMASTERS.register("mesh", provider)
+    level: SecurityLevel = WATCHED
+    for (registry, name), toy in zip(TOYS, (middleware, provider, level), strict=True):
+        registry.register(name, toy)
     yield
-    MIDDLEWARES.unregister("pebble")
-    MULTIMASTERS.unregister("mesh")
+    for registry, name in TOYS:
+        registry.unregister(name)

@@ -22,7 +22,7 @@ from swarmctl.health.probe_request import request
 from swarmctl.linter.context import RuleContext
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.reconcile import reconcile
-from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS
+from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS, SECURITY_LEVELS
 from swarmctl.remote.agent_archive import agent
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
@@ -225,7 +225,8 @@ HOMES = (
     "render/ros2/",
     "importing/",  # what labs of ROS 1 have
 )
-NAMES = {*MIDDLEWARES.names(), *MULTIMASTERS.names(), "melodic", "kinetic"}
+_LEVELS = set(SECURITY_LEVELS.names()) - {SECURITY_LEVELS.default}  # other keys can be `off`, too
+NAMES = {*MIDDLEWARES.names(), *MULTIMASTERS.names(), *_LEVELS, "melodic", "kinetic"}
 ROS1 = re.compile(r"^ros-noetic-|^(roscore|rosmaster|roslaunch|rospy)$|\.launch$")
 #: Rules about ROS 1 may name these; each is marked by what it `needs` or asks the middleware.
 OF_ROS1_HOSTS = re.compile(r"/opt/ros|ROS_MASTER_URI|ROS_IP|TCPROS|\brosnode |\brostopic |\b11311\b")
@@ -238,6 +239,7 @@ EXEMPT = {
     ("spec/keys_elsewhere.py", "relay"),  # a key that somebody may try
     ("robot_types/ros_launchable.py", "joystick.launch"),
     ("spec/model.py", "jazzy"),  # an example of a distribution
+    *(("spec/model.py", one) for one in ("filtered", "sealed")),  # those of `security`
     ("spec/model.py", "Where the others reach it; also its ROS_IP (see `ros.naming`)."),
     ("render/quoting.py", ".launch"),
     ("rules/program_files.py", ".launch"),  # a rule with `needs="launch-xml"`

@@ -1,4 +1,4 @@
-"""A second middleware and a third multimaster provider, as another package would bring them."""
+"""A second middleware, a third provider and a fourth level of security, as other packages bring them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 from swarmctl.render.bag_recorder import BagRecorder
 from swarmctl.render.bundle import File, Part, Unit
+from swarmctl.render.firewall import Filtered
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode
 from swarmctl.render.multimaster import Discovery, JoinNodes
 from swarmctl.render.topic_tool import TopicTool
@@ -138,3 +139,17 @@ class Mesh:
 
 
 PEBBLE, MESH = Pebble(), Mesh()
+
+
+class Watched(Filtered):
+    """What `filtered` has, and on each host a unit that watches its peers."""
+
+    def parts(self, swarm: Swarm, host: Host) -> Iterator[Part]:
+        yield from super().parts(swarm, host)
+        peers = " ".join(sorted(swarm.peers.get(host.name, ())))
+        listed = File("watch/peers.txt", peers.encode(), origin="security")
+        yield Part((listed,))
+        yield _unit(swarm, "watchd", (listed.path,))
+
+
+WATCHED = Watched()

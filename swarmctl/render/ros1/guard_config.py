@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from swarmctl.render import expected_nodes
+from swarmctl.render import expected_nodes, shipped_files
 from swarmctl.render.bundle import File
 from swarmctl.render.yaml_params import params_file
 from swarmctl.swarm import names
@@ -14,16 +15,29 @@ from swarmctl.swarm.flow import Service
 from swarmctl.swarm.resolved import Host, Island, Swarm
 from swarmctl.swarm.topics import DIAGNOSTICS
 
-PATH = "guard/config.yaml"  # beside its program
+_PATH = "guard/config.yaml"  # beside its program
 #: On these, nodes publish that no spec declares.
 _SHARED = ("/tf", "/tf_static", "/rosout", DIAGNOSTICS)
 
 _Owned = Iterator[tuple[str, Iterable[str]]]
 
 
-def file(swarm: Swarm, island: Island) -> File:
-    """Returns the file that the guard of the master of ``island`` reads."""
-    return File(PATH, params_file(parameters(swarm, island)), origin="security")
+@dataclass(frozen=True)
+class Guard:
+    """The guard of a master: its program, what this reads, the path of that, and where it listens."""
+
+    program: tuple[File, ...] = ()
+    read: tuple[File, ...] = ()
+    path: str = ""
+    places: Sequence[str] = ()
+
+
+def guard_of(swarm: Swarm, island: Island) -> Guard:
+    """Returns the guard of the master of ``island``; an empty one if its level of security has no filter."""
+    if not island.filtered:
+        return Guard()
+    file = File(_PATH, params_file(parameters(swarm, island)), origin="security")
+    return Guard(shipped_files.folder("guard"), (file,), _PATH, places(swarm.hosts[island.hub]))
 
 
 def places(hub: Host) -> list[str]:

@@ -48,8 +48,8 @@ def setup_script(swarm: Swarm, host: Host, island: Island) -> File:
 
 
 def master_unit(swarm: Swarm, host: Host, island: Island) -> Part:
-    """Returns the unit of the ROS master; on a filtered island, of its guard as well."""
-    name = names.unit(swarm.name, names.MASTER)
+    """Returns the unit of the ROS master, and of its guard if it has one."""
+    name, guard = names.unit(swarm.name, names.MASTER), guard_config.guard_of(swarm, island)
     text = render(
         "master.service",
         **service_values(swarm, host),
@@ -59,18 +59,14 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> Part:
         uri=swarm.master_uri(island),
         use_sim_time=swarm.use_sim_time,
         runtime=names.runtime_folder(swarm.name, names.MASTER),
-        guard=guard_config.PATH if island.filtered else "",
-        places=guard_config.places(host) if island.filtered else [],
+        guard=guard.path,
+        places=guard.places,
         user=host.user,
     )
-    files = (
-        File(f"units/{name}", text, origin="ros"),
-        *(shipped_files.folder("guard") if island.filtered else ()),
-    )
+    files = (File(f"units/{name}", text, origin="ros"), *guard.program)
     runs = (ENVIRONMENT, "bin/ros-exec", RESTART_DELAY, *_MASTER_HELPERS)
     # The guard reads other parameters while it runs: a robot that joins restarts no master.
-    read = (guard_config.file(swarm, island),) if island.filtered else ()
-    return Part((*files, *read), (Unit(name, (*(file.path for file in files), *runs)),))
+    return Part((*files, *guard.read), (Unit(name, (*(file.path for file in files), *runs)),))
 
 
 def ros_client() -> File:

@@ -10,6 +10,7 @@ from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.middleware import DiscoveryServers
 from swarmctl.render.quoting import render
 from swarmctl.render.ros2 import discovery_files, graph_environment
+from swarmctl.render.security_level import level_of
 from swarmctl.render.service_values import home, service_values, toward_robots
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Island, Swarm
@@ -78,7 +79,7 @@ def server_unit(swarm: Swarm, host: Host, island: Island) -> Part:
         "ros2/discovery.service",
         **unit_values(swarm, host, island),
         port=graph_environment.ROUTER_PORT if is_router else f"udp:{graph_environment.SERVER_PORT}",
-        owner=host.user if island.filtered else "",
+        owner=level_of(island.security).port_owner(host),
         island=island.name,
         command=_server(swarm, host, island),
         runtime=names.runtime_folder(swarm.name, names.DISCOVERY),

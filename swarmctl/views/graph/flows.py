@@ -16,13 +16,14 @@ _ANYONE, _EACH_OTHER = "everybody", "each other"
 
 def heading(swarm: Swarm) -> Text:
     """Which islands drop everything else."""
-    filtered = [island.name for island in swarm.islands if island.filtered]
-    others = [island.name for island in swarm.islands if not island.filtered]
-    if not filtered:
-        return Text("security: off. Everybody may reach everything; this is what the swarm needs:")
-    beside = f"; off in {hostlist.written(others)}" if others else ""
-    level = "sealed" if swarm.overlay else "filtered"
-    return Text(f"security: {level} in {hostlist.written(filtered)}{beside}")
+    by_level: dict[str, list[str]] = {}
+    for island in sorted(swarm.islands, key=lambda one: not one.filtered):
+        level = swarm.security if swarm.overlay and island.filtered else island.security
+        by_level.setdefault(level, []).append(island.name)
+    if not any(island.filtered for island in swarm.islands):
+        levels = ", ".join(by_level)
+        return Text(f"security: {levels}. Everybody may reach everything; this is what the swarm needs:")
+    return Text("security: " + "; ".join(f"{one} in {hostlist.written(by_level[one])}" for one in by_level))
 
 
 def table(flows: Sequence[Flow]) -> Table:

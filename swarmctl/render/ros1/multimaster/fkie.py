@@ -15,6 +15,7 @@ from swarmctl.render.multimaster import Discovery, JoinNodes, MultimasterProvide
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
 from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES, Node
+from swarmctl.render.security_level import level_of
 from swarmctl.render.service_values import service_values
 from swarmctl.render.yaml_params import params_file
 from swarmctl.spec.model import Spec
@@ -111,17 +112,18 @@ def _files(swarm: Swarm, island: Island) -> tuple[File, ...]:
 def _unit(swarm: Swarm, host: Host, island: Island, files: tuple[File, ...]) -> Part:
     """The unit; it waits for the master and restarts with it."""
     name = names.unit(swarm.name, names.MULTIMASTER)
+    owner = level_of(island.security).port_owner(host)
     text = render(
         "multimaster.service",
         **service_values(swarm, host),
         command=_command(swarm),
         address=host.ros_address,
         ports=(discovery_port(island), f"udp:{swarm.multimaster.port}"),
-        owner=host.user if island.filtered else "",
+        owner=owner,
         runtime=names.runtime_folder(swarm.name, names.MULTIMASTER),
     )
     file = File(f"units/{name}", text, origin="multimaster")
-    waits = (release.WAIT,) if island.filtered else ()
+    waits = (release.WAIT,) if owner else ()
     return Part((file,), (Unit(name, (file.path, *waits, *release.RUNNING, *(one.path for one in files))),))
 
 
