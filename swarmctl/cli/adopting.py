@@ -30,7 +30,7 @@ def found(
     into: Path | None,
 ) -> tuple[Adoption, list[str]]:
     """Returns how the spec changes to have the edits of the hosts, and which hosts did not answer."""
-    from swarmctl.deploy.edits_on_hosts import edits_on_hosts
+    from swarmctl.deploy.observe_host import edits_on_hosts
     from swarmctl.remote.transport import HostError
     from swarmctl.render.build_bundle import bundles
 

@@ -88,6 +88,7 @@ _BRING = (
         "Retire the WireGuard keys of a lost host on all others, at once and for good.",
         HOSTS_FAILED,
         HOSTS_UNREACHABLE,
+        module="rekey",
         example="expel swarm.yaml k3-pi",
     ),
     Verb(
@@ -233,6 +234,7 @@ _DRIVE = (
         "Release robots that `swarmctl stop` has stopped; each stands until its next command.",
         HOSTS_FAILED,
         HOSTS_UNREACHABLE,
+        module="stop",
         example="start swarm.yaml koala",
     ),
     Verb(
@@ -240,6 +242,7 @@ _DRIVE = (
         "Restart the drivers and other units of robots.",
         HOSTS_FAILED,
         HOSTS_UNREACHABLE,
+        module="stop",
         example="restart swarm.yaml k3",
     ),
 )

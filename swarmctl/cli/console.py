@@ -202,12 +202,12 @@ def read_document(spec: SpecFiles) -> Document:
 
 def refuse(spec: SpecFiles, found: Checked) -> NoReturn:
     """Print the findings of a spec with errors, with ``--json`` also as JSON on stdout, and exit."""
-    from swarmctl.views.findings import human, json
+    from swarmctl.views.findings import formats, human
     from swarmctl.views.findings.report import Report
 
     print_diagnostics(found.diagnostics)
     if _json.get():
-        print(json.render(Report((found,))), end="")
+        print(formats.json_document(Report((found,))), end="")
     err().print(human.verdict(found, passes=False))
     show_next(spec.fix_command(found.fixable, found.more_fixable), error=True)
     raise typer.Exit(exit_codes.ERROR)
@@ -227,7 +227,7 @@ def swarm_of(document: Document, lab: str = "") -> Swarm:
 
     swarm = resolve(document)
     if swarm.overlay and lab:
-        from swarmctl.lab.lab_wireguard_keys import keys_of
+        from swarmctl.lab.lab_state import keys_of
 
         swarm = replace(swarm, wireguard_keys=keys_of(lab))
     if swarm.keys.expelled:  # the others do without them

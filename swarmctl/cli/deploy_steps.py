@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import typer
@@ -21,7 +21,19 @@ if TYPE_CHECKING:
     from swarmctl.plan.plan import Plan
     from swarmctl.plan.waves import Order
     from swarmctl.remote.parallel_hosts import Stop
+    from swarmctl.spec.load import Document
     from swarmctl.swarm.resolved import Swarm
+
+
+MOST = 3
+
+
+def with_single_points(made: Plan, document: Document) -> Plan:
+    """The plan with the worst single points of failure of its swarm."""
+    from swarmctl.analysis.impact import impacts, single_points
+    from swarmctl.swarm.index import SwarmIndex
+
+    return replace(made, single_points=single_points(impacts(SwarmIndex(document)))[:MOST])
 
 
 def sizes(serial: str) -> list[str]:
@@ -103,8 +115,7 @@ class View:
 
     def _show(self, plan: Plan, order: Order, show: Callable[[Text], None]) -> None:
         from swarmctl.views.equal_hosts import names_of
-        from swarmctl.views.plan import PlanView
-        from swarmctl.views.waves import order_text
+        from swarmctl.views.plan import PlanView, order_text
 
         names, complete = names_of(self.swarm), self.where.complete
         show(PlanView(names, False, self.details, console.columns(), complete).text(plan))

@@ -1,18 +1,65 @@
-"""Prints or writes the findings of ``validate`` in one of the output formats."""
+"""Prints or writes the findings of ``validate``, and the fixes of a spec."""
 
 from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterable
 from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from swarmctl.cli import console
+from swarmctl.cli import console, file_writes
+from swarmctl.cli.file_writes import Change
+from swarmctl.cli.spec_fixes import SpecFixes
 
 if TYPE_CHECKING:
+    from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.linter.fixes import Fixable, Fixed
     from swarmctl.views.findings.report import Report
+
+
+def apply_fixes(specs: Iterable[SpecFiles], *, unsafe: bool, quiet: bool) -> None:
+    """Write the files of specs with all fixes that can be applied, and print each fix."""
+    from swarmctl.views.escape import printable
+
+    for spec in specs:
+        fixable, changes = _changes(spec, unsafe=unsafe)
+        file_writes.write(changes)
+        for found in _chosen(fixable, unsafe=unsafe).made if not quiet else ():
+            title = found.fix.title if found.fix else ""
+            console.err().print(printable(f"fixed {found.code} {found.span}: {title}"))
+
+
+def show_diffs(specs: Iterable[SpecFiles], *, unsafe: bool) -> bool:
+    """Print the changes that ``--fix`` would make; True if there are any."""
+    from swarmctl.views.escape import printable
+
+    some = False
+    for spec in specs:
+        fixable, changes = _changes(spec, unsafe=unsafe)
+        for change in changes:
+            sys.stdout.write(file_writes.difference(change))
+        if not changes and fixable.all.made:
+            console.err().print(printable(f"{spec}: no safe fix; `--unsafe-fixes --diff` shows the guesses"))
+        some = some or bool(changes)
+    return some
+
+
+def _chosen(fixable: Fixable, *, unsafe: bool) -> Fixed:
+    return fixable.all if unsafe else fixable.safe
+
+
+def _changes(spec: SpecFiles, *, unsafe: bool) -> tuple[Fixable, list[Change]]:
+    """The fixes and the changes to the files."""
+    files = SpecFixes(spec)
+    fixable = files.fixable()
+    texts = _chosen(fixable, unsafe=unsafe).texts
+    changes = [
+        Change(files.read(Path(file)), file, files.original(file), text) for file, text in texts.items()
+    ]
+    return fixable, [change for change in changes if change.before != change.after]
 
 
 class Format(str, Enum):
@@ -89,12 +136,12 @@ def _relative(report: Report) -> Report:
 
 def _summarize(report: Report) -> None:
     """Append the job summary of GitHub Actions."""
-    from swarmctl.views.findings import summary
+    from swarmctl.views.findings import formats
 
     if file := os.environ.get("GITHUB_STEP_SUMMARY"):
         try:
             with Path(file).open("a", encoding="utf-8") as page:
-                page.write(summary.render(_relative(report)))
+                page.write(formats.summary(_relative(report)))
         except OSError as error:
             console.err().print(f"warning: the job summary cannot be written: {error.strerror}")
 

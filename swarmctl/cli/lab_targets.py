@@ -43,7 +43,7 @@ def candidates(spec: SpecFiles, name: str, selections: Sequence[str]) -> tuple[s
     this lab has. Raises ``LabError``.
     """
     from swarmctl.lab import lab as labs
-    from swarmctl.lab.lab_candidates import candidates_of, names_all
+    from swarmctl.lab.lab_plan import candidates_of, names_all
 
     if name:
         known = candidates_of(labs.plan(name))

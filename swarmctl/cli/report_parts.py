@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from swarmctl.cli import console, left_hosts, swarm_look, weakest
+from swarmctl.cli import console, deploy_steps, left_hosts, swarm_look
 from swarmctl.cli.swarm_look import Expected
 from swarmctl.version import __version__
 
@@ -63,12 +63,12 @@ class Parts:
             wanted, self.targets, self.transport, parallel=self.parallel, secrets=secrets, host_lists=lists
         )
         left = left_hosts.left_hosts(swarm, lists, in_lab=self.in_lab)
-        made = weakest.named(made, self.expected.document)
+        made = deploy_steps.with_single_points(made, self.expected.document)
         return made.to_json() | {"left_hosts": sorted((*left[0], *left[1]))}
 
     def edits(self, wanted: Mapping[str, Bundle]) -> dict[str, str]:
         """The files of ``wanted`` that were edited on hosts, as they are there."""
-        from swarmctl.deploy.edits_on_hosts import edits_on_hosts
+        from swarmctl.deploy.observe_host import edits_on_hosts
         from swarmctl.remote.transport import HostError
 
         texts: dict[str, str] = {}
@@ -98,7 +98,7 @@ class Parts:
 
     def runs(self) -> list[dict[str, Any]]:
         """The runs that changed the hosts, as in ``history --json``."""
-        from swarmctl.deploy.histories import histories
+        from swarmctl.deploy.host_records import histories
         from swarmctl.plan.history import runs
 
         name, targets = self.expected.swarm.name, list(self.targets.values())

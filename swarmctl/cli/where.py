@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import partial, wraps
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from swarmctl.render.bundle import Bundle
     from swarmctl.spec.load import Document
     from swarmctl.swarm.resolved import Swarm
+
+_ABSENT = ("unreachable", "host-key")  # kinds of errors of hosts that exist only in a lab
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,13 @@ class Where:
         found = self._lab_targets(swarm) if self.in_lab else self._real_targets(swarm)
         expelled = pin_file.expelled(self.spec, swarm.name, self.lab_of(swarm.name))
         return {name: _without(expelled, target) for name, target in found.items()} if expelled else found
+
+    def guess_lab(self, verb: str, swarm: str, kinds: Iterable[str]) -> None:
+        """Prints ``verb`` with ``--lab`` if errors of these ``kinds`` may come from its absence."""
+        for name in _running_labs(swarm) if any(kind in _ABSENT for kind in kinds) else ():
+            there = replace(self, lab=True, lab_name="" if name == swarm else name, executor="")
+            command = there.command(verb)
+            console.err().print(f"the lab {name} of this swarm runs on this machine; its hosts: `{command}`")
 
     def secrets(self, wanted: Mapping[str, Bundle]) -> Mapping[str, str]:
         """The secrets of the hosts that the operator has; exits with an error for an unusable one."""
@@ -171,6 +180,21 @@ class Where:
 def _without(expelled: Collection[str], target: Target) -> Target:
     jump = _without(expelled, target.jump) if target.jump is not None else None
     return replace(target, expelled=target.host in expelled, jump=jump)
+
+
+def _running_labs(swarm: str) -> list[str]:
+    """The names of running labs of the swarm."""
+    from swarmctl.lab import paths, supervisor_client
+    from swarmctl.lab.errors import LabError
+    from swarmctl.lab.lab_state import read_state
+
+    def belongs(files: paths.LabPaths) -> bool:
+        try:
+            return read_state(files).plan.swarm == swarm and supervisor_client.status(files) is not None
+        except (LabError, OSError):  # one of another account, or one that was never up
+            return False
+
+    return [files.name for files in paths.all_labs() if belongs(files)]
 
 
 _OPTIONS: Mapping[str, Any] = {

@@ -31,7 +31,7 @@ def pin(where: Where, swarm: Swarm, hosts: Collection[str], replaceable: Collect
     from swarm_onboard.tunnel.keys import line
 
     from swarmctl.cli.ssh_targets import transport
-    from swarmctl.deploy.public_keys import exchanged
+    from swarmctl.deploy.rekey import exchanged
     from swarmctl.remote.transport import HostError, Kind
     from swarmctl.yamltext import hostlist
 

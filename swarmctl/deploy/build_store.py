@@ -1,24 +1,82 @@
-"""Keeps builds of packages on the operator's side, by key, and which platform each host has."""
+"""Builds of packages: made on their builders, and kept on the side of the operator."""
 
 from __future__ import annotations
 
+import base64
+import binascii
 import gzip
 import io
 import json
 import os
 import tarfile
+import threading
 import zlib
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from swarm_onboard.agent.verbs import build_packages, fetch_build
+
 from swarmctl.deploy import journal
-from swarmctl.deploy.lru_cache_dir import LruCacheDir
-from swarmctl.plan.host_builds import keys_of
+from swarmctl.deploy.prepare import Prepared
+from swarmctl.plan.host_builds import Build, keys_of
+from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote.ask import ask
+from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
 from swarmctl.resources import cache_folder
 from swarmctl.ros_packages.builds import Built
+from swarmctl.ros_packages.package import DeliveredPackage
 from swarmctl.swarm.resolved import Swarm
 from swarmctl.swarm.used_packages import in_swarm
+
+
+@dataclass(frozen=True)
+class LruCacheDir:
+    """Files with names of the caller and one ``suffix``; of all together ``max_bytes`` are kept."""
+
+    folder: Path
+    suffix: str
+    max_bytes: int
+
+    def names(self) -> frozenset[str]:
+        """Returns the names of the files, without the suffix."""
+        return frozenset(one.name.removesuffix(self.suffix) for one in self._files())
+
+    def find(self, name: str) -> bytes | None:
+        """Returns the content of a file, which counts as new again; None if it cannot be read."""
+        path = self._path(name)
+        try:
+            content = path.read_bytes()
+            path.touch()
+        except OSError:
+            return None
+        return content
+
+    def keep(self, name: str, content: bytes) -> None:
+        """Writes a file, and removes the oldest ones beyond ``max_bytes``. Raises ``OSError``."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        draft = self.folder / f".{name}.{os.getpid()}.{threading.get_ident()}"
+        try:
+            draft.write_bytes(content)
+            draft.replace(self._path(name))
+        finally:
+            draft.unlink(missing_ok=True)
+        self._remove_oldest()
+
+    def _remove_oldest(self) -> None:
+        kept = 0
+        stored = [(one.stat(), one) for one in self._files()]
+        for state, path in sorted(stored, key=lambda one: one[0].st_mtime_ns, reverse=True):
+            kept += state.st_size
+            if kept > self.max_bytes:
+                path.unlink(missing_ok=True)
+
+    def _files(self) -> list[Path]:
+        return list(self.folder.glob(f"[!.]*{self.suffix}"))
+
+    def _path(self, name: str) -> Path:
+        return self.folder / f"{name}{self.suffix}"
+
 
 MAX_BYTES = 2 << 30  # of all builds; the oldest go first
 MAX_UNPACKED = 512 << 20  # of one build
@@ -129,3 +187,93 @@ def remember_platforms(swarm: str, lab: str, platforms: Mapping[str, str], hosts
 
 def _platforms_file(swarm: str, lab: str) -> Path:
     return journal.folder(swarm) / "platforms" / (f"lab-{lab}.json" if lab else "hosts.json")
+
+
+_VERBS = ("build_packages", "fetch_build")
+_BUILD_TIMEOUT = 7500.0  # s; above the agent's own limit
+_LARGEST = 512 << 20  # bytes of one packed result
+
+
+def build(
+    swarm: Swarm,
+    builds: Sequence[Build],
+    targets: Mapping[str, Target],
+    transport: Transport,
+    store: BuildStore,
+    *,
+    parallel: int,
+    stop: parallel_hosts.Stop | None = None,
+) -> Iterator[parallel_hosts.Event[Prepared]]:
+    """Carries out the builds, one of each builder; a failure stays with its builder."""
+    by_builder = {one.builder: one for one in builds}
+
+    def work(session: Session, target: Target, note: Callable[[str], None]) -> Prepared:
+        due = by_builder[target.host]
+        with agent_client.agent_session(session, verbs=_VERBS) as host:
+            _carry_out(host, swarm, due, store, note)
+        return Prepared(due.steps)
+
+    return parallel_hosts.run(
+        [targets[name] for name in by_builder], work, transport=transport, parallel=parallel, stop=stop
+    )
+
+
+def _carry_out(
+    host: AgentSession, swarm: Swarm, due: Build, store: BuildStore, note: Callable[[str], None]
+) -> None:
+    builder = swarm.hosts[due.builder]
+    request = build_packages.Request(
+        swarm.name,
+        builder.user,
+        list(builder.workspaces),
+        list(due.keys),
+        {one.name: one.folder for one in due.sources},
+    )
+    note(f"building {', '.join(due.keys)}")
+    payload = sources(due.sources)
+    answer = ask(host, build_packages.handle, request, payload, on_note=note, timeout=_BUILD_TIMEOUT)
+    if answer.platform != due.platform:
+        raise HostError(Kind.REFUSED, f"it is {answer.platform} now", "run the same command again")
+    for name, key in due.keys.items():
+        archive = _fetched(host, swarm.name, name, answer.sizes.get(name, 0), note)
+        try:
+            store.keep(key, archive)
+        except DamagedBuildError as error:
+            raise HostError(Kind.PROTOCOL, f"the build of {name} is damaged: {error}") from error
+        except OSError as error:
+            raise HostError(
+                Kind.REFUSED, f"the build of {name} cannot be kept in {store.folder}: {error.strerror}"
+            ) from error
+
+
+def _fetched(host: AgentSession, swarm: str, name: str, size: int, note: Callable[[str], None]) -> bytes:
+    if not 0 < size <= _LARGEST:
+        raise HostError(Kind.PROTOCOL, f"the build of {name} has {size} bytes")
+    found = b""
+    while len(found) < size:
+        request = fetch_build.Request(swarm, name, len(found))
+        try:
+            piece = base64.b64decode(ask(host, fetch_build.handle, request).data, validate=True)
+        except binascii.Error as error:
+            raise HostError(Kind.PROTOCOL, f"the build of {name} is not base64") from error
+        if not piece:
+            raise HostError(Kind.PROTOCOL, f"the build of {name} ends early", "run the same command again")
+        found += piece
+        note(f"{name}: {len(found) * 100 // size} % of {size / 1e6:.1f} MB")
+    return found
+
+
+def sources(packages: Sequence[DeliveredPackage]) -> bytes:
+    """Returns the packages as a tar.gz of ``PACKAGE/path``. Same files, same bytes."""
+    stream = io.BytesIO()
+    with (
+        gzip.GzipFile(fileobj=stream, mode="wb", compresslevel=6, mtime=0) as packed,
+        tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive,
+    ):
+        for one in packages:
+            for path, (content, may) in sorted(one.files.items()):
+                member = tarfile.TarInfo(f"{one.name}/{path}")
+                member.size = len(content)
+                member.mode = 0o755 if may else 0o644
+                archive.addfile(member, io.BytesIO(content))
+    return stream.getvalue()

@@ -10,18 +10,14 @@ from itertools import chain
 
 from swarm_onboard.agent.systemd import UnitState
 
-from swarmctl.deploy.deploy_rules import Rules
-from swarmctl.deploy.held_hosts import held, locked_ones, why
-from swarmctl.deploy.host_list_updates import write_all
-from swarmctl.deploy.host_lists import HostLists
+from swarmctl.deploy.host_lists import HostLists, write_all
 from swarmctl.deploy.host_transaction import HostTransaction
 from swarmctl.deploy.motion_guard import Guard, Seen, host_error
 from swarmctl.deploy.observe_host import NO_SECRETS, observe_host
-from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.outcome import Outcome, Rules, held, locked_ones, why
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
-from swarmctl.plan.host_edits import not_edited
-from swarmctl.plan.observed_host import Observed
+from swarmctl.plan.observed_host import Observed, not_edited
 from swarmctl.plan.plan import HostPlan, Plan
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.plan.robots_in_use import BUSY, Dependents, not_busy, stops_of

@@ -1,15 +1,43 @@
-"""What came of a host in a deploy or a removal."""
+"""What a deploy may do, and what came of each host: rules, outcomes, hosts that are held back. Values."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from swarm_onboard.agent.systemd import UnitState
 
+from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.prepare import Prepared
 from swarmctl.plan.plan import HostPlan
+from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError
+from swarmctl.remote.transport import Kind as ErrorKind
+from swarmctl.yamltext import hostlist
+
+
+@dataclass(frozen=True)
+class Rules:
+    """``most_failed``: hosts that may fail before the others are held back, None for any number;
+    ``optional``: hosts that do not count; ``terms``: what a change must show before it stays;
+    ``stop_robots``: robots that move or are under command are stopped, where a change would touch them;
+    ``overwrite_edits``: what people have edited on a host may be replaced;
+    ``wait``: s that the survey waits for robots that must not be touched now."""
+
+    most_failed: int | None = 0
+    optional: Collection[str] = ()
+    terms: Terms = field(default_factory=Terms)
+    stop_robots: bool = False
+    wait: float = 0.0
+    overwrite_edits: bool = False
+
+    def holds(self, errors: Mapping[str, HostError]) -> bool:
+        """Returns True if so many hosts have failed that the others are held back."""
+        return self.most_failed is not None and len(self.counted(errors)) > self.most_failed
+
+    def counted(self, errors: Mapping[str, HostError]) -> dict[str, HostError]:
+        """Returns the errors of the hosts that count."""
+        return {host: error for host, error in errors.items() if host not in self.optional}
 
 
 @dataclass(frozen=True)
@@ -37,3 +65,32 @@ class Removed:
 
 
 Result = Outcome | Removed | Prepared | HostError
+
+
+def held(waves: Sequence[Sequence[str]], because: str) -> Iterator[Finished[Outcome]]:
+    """Yields the result of each host of these waves, which is left as it is."""
+    error = HostError(ErrorKind.HELD, because)
+    return (Finished(host, error, 0.0) for wave in waves for host in wave)
+
+
+def why(failed: Mapping[str, HostError]) -> str:
+    """Returns why hosts are held back: the failed ones, those of the same kind together."""
+    kinds: dict[str, list[str]] = {}
+    for host, error in failed.items():
+        words = {ErrorKind.UNFIT: "cannot run its part", ErrorKind.UNREACHABLE: "does not answer"}
+        words[ErrorKind.BUSY] = "has a robot that must not be touched now"
+        words[ErrorKind.EDITED] = "has files that were edited there"
+        text = words.get(error.kind, "failed")
+        if error.kind is ErrorKind.REFUSED:
+            text = f"is {error}" if _locked(error) else f"refused it: {error}"
+        kinds.setdefault(text, []).append(host)
+    return "; ".join(f"{hostlist.written(sorted(hosts))} {text}" for text, hosts in kinds.items())
+
+
+def locked_ones(failed: Mapping[str, HostError]) -> dict[str, HostError]:
+    """Returns the errors of the hosts that another operator changes, or whose change waits there."""
+    return {host: error for host, error in failed.items() if _locked(error)}
+
+
+def _locked(error: HostError) -> bool:
+    return error.kind is ErrorKind.REFUSED and str(error).startswith("locked by ")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -10,17 +11,40 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from swarmctl.lab import paths, preparation, supervisor_client, supervisor_start
+from swarmctl.lab import paths, preparation, supervisor_client
 from swarmctl.lab.driver_stand_ins import StandIn, is_ros2
 from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX
-from swarmctl.lab.faults import kinds, power_faults
+from swarmctl.lab.faults import host_faults, kinds
 from swarmctl.lab.faults.fault_kind import RunningLab, running_lab
-from swarmctl.lab.host_startup import wait_for_hosts
 from swarmctl.lab.hosts import network, nspawn, processes
 from swarmctl.lab.lab_plan import LabHost, LabPlan, LabRobot
 from swarmctl.lab.lab_state import State, read_state
 from swarmctl.lab.paths import LabPaths, lab_paths
+from swarmctl.lab.preparation import wait_for_hosts
+from swarmctl.render.bundle import ROOT
 from swarmctl.yamltext import hostlist
+
+
+def setup_file(swarm: str) -> str:
+    """Returns the path on every host of the file that sets up the ROS of ``swarm``."""
+    return f"{ROOT}/{swarm}/current/setup.bash"
+
+
+def operator_argv(command: Sequence[str], shell: str) -> tuple[str, ...]:
+    """Returns what runs for the operator; a single text is a line for ``shell``, as hosts take it."""
+    if not command:
+        return (shell,)
+    return tuple(command) if len(command) > 1 else (shell, "-c", command[0])
+
+
+def host_line(setup: str, command: Sequence[str]) -> str:
+    """Returns the line that a host's shell runs: the file ``setup`` if it is there, then ``command``.
+
+    Without a command it opens a shell.
+    """
+    line = " ".join(command) or 'exec "$SHELL"'
+    return f"[ ! -r {shlex.quote(setup)} ] || . {shlex.quote(setup)}; {line}"
+
 
 Progress = Callable[[str], None]
 
@@ -60,7 +84,7 @@ def up(plan: LabPlan, progress: Progress) -> None:
             progress(f"lab {plan.name} is up{starting}")
             kinds.end_all(RunningLab(plan, files), *_all_of(plan))
         else:
-            supervisor_start.allow_inotify(progress)
+            supervisor_client.allow_inotify(progress)
             with _step(progress, "disks") as note:
                 note(f"{preparation.prepare_disks(files, state)} of {len(plan.hosts)} new")
             with _step(progress, "network") as note:
@@ -68,7 +92,7 @@ def up(plan: LabPlan, progress: Progress) -> None:
                 network.create(plan, files)
                 note(", ".join(f"{one.name} {one.subnet}" for one in plan.networks))
             with _step(progress, "supervisor"):
-                supervisor_start.launch(files)
+                supervisor_client.launch(files)
             if workspace := state.plan.workspace:
                 progress(f"workspace: {workspace.space} is {workspace.place} on every host")
         wait_for_hosts(files, plan, progress, since=time.monotonic())
@@ -137,7 +161,7 @@ def down(name: str) -> bool:
     if not files.directory.exists() and not files.namespaces():
         return False
     with paths.locked(files.directory):
-        supervisor_start.stop(files)
+        supervisor_client.stop(files)
         processes.kill(processes.in_network_namespaces(paths.NAMESPACES / one for one in files.namespaces()))
         network.remove(files)
         for tree in preparation.cgroups(files).all:
@@ -230,13 +254,13 @@ def _set_cable(name: str, host: str, link: str | None, *, up: bool) -> tuple[str
 
 def kill(name: str, host: str) -> None:
     """Cuts a host's power and waits until it has stopped. Its disk is kept. Raises ``LabError``."""
-    power_faults.power_off(running_lab(name), host)
+    host_faults.power_off(running_lab(name), host)
 
 
 def start(name: str, hosts: Sequence[str], progress: Progress) -> None:
     """Boots hosts and waits until they answer SSH."""
     lab, since = running_lab(name), time.monotonic()
-    power_faults.power_on(lab, [lab.plan.host(host).name for host in hosts])
+    host_faults.power_on(lab, [lab.plan.host(host).name for host in hosts])
     _wait_for(lab, hosts, progress, since)
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from swarmctl.lab.driver_stand_ins import StandIn, stand_ins_of
 from swarmctl.lab.emulators.emulator_lookup import NOT_MEASURED, Measured, emulator_for
-from swarmctl.lab.emulators.silent_robot import SilentRobot
+from swarmctl.lab.emulators.robot import SilentRobot
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.lab_addresses import (
     addresses_of,
@@ -26,9 +26,11 @@ from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.plugins import LINK_KINDS
 from swarmctl.robot_types.settings import Calibration
 from swarmctl.spec.program_model import Container
+from swarmctl.spec.selection_candidates import Candidates, RobotFacts
 from swarmctl.swarm.addresses import ip_of
 from swarmctl.swarm.resolved import Swarm
 from swarmctl.swarm.used_packages import in_swarm
+from swarmctl.yamltext import hostlist
 
 
 @dataclass(frozen=True)
@@ -260,3 +262,45 @@ def _containers(swarm: Swarm) -> Iterable[Container]:
 
 def _measured(calibration: Calibration) -> Measured:
     return Measured(calibration.distance_scale or 1.0, calibration.wheel_separation or 0.0)
+
+
+def masters_for(swarm: Swarm, hosts: Collection[str]) -> Mapping[str, tuple[str, ...]]:
+    """Returns the hosts outside of ``hosts`` that run their masters, each with the hosts that need it."""
+    needed = {
+        island.hub: tuple(host for host in island.hosts if host in hosts)
+        for island in swarm.islands
+        if island.hub not in hosts
+    }
+    return {hub: members for hub, members in needed.items() if members}
+
+
+def part_of(plan: LabPlan, hosts: Collection[str]) -> LabPlan:
+    """Returns the plan with only these hosts. Addresses are those of the whole lab."""
+    kept = tuple(host for host in plan.hosts if host.name in hosts)
+    networks = {one.network for host in kept for one in host.interfaces}
+    return replace(
+        plan,
+        hosts=kept,
+        networks=tuple(one for one in plan.networks if one.name in networks),
+        robots=tuple(robot for robot in plan.robots if robot.host in hosts),
+        stand_ins=tuple(one for one in plan.stand_ins if one.host in hosts),
+    )
+
+
+def candidates_of(plan: LabPlan) -> Candidates:
+    """Returns the hosts, the emulated robots and those with stand-ins.
+
+    Groups, labels and the types of stand-ins' robots are in the spec only.
+    """
+    stand_ins = {one.robot: RobotFacts("", one.host) for one in plan.stand_ins}
+    return Candidates(
+        hosts={host.name: () for host in plan.hosts},
+        robots=stand_ins | {robot.name: RobotFacts(robot.type, robot.host) for robot in plan.robots},
+    )
+
+
+def names_all(known: Candidates, selections: Iterable[str]) -> bool:
+    """Returns True if each selection is a name or a range of names of ``known``: it means the same there."""
+    ranges = ((one, hostlist.read(one)) for one in selections)
+    names = [found.names if isinstance(found, hostlist.Range) else (one,) for one, found in ranges]
+    return all(name in known.hosts_and_robots for some in names for name in some)

@@ -10,7 +10,8 @@ from pathlib import Path
 from swarmctl.lab.driver_stand_ins import StandIn, has_messages, holds, share
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.lab_plan import LabPlan
-from swarmctl.lab.paths import LabPaths
+from swarmctl.lab.paths import LabPaths, lab_paths
+from swarmctl.spec import wireguard_keys
 
 FORMAT = 3
 
@@ -78,3 +79,11 @@ def read_state(files: LabPaths) -> State:
         )
     images = {distro: Path(image) for distro, image in document["images"].items()}
     return State(LabPlan.from_json(document["plan"]), images)
+
+
+def keys_of(lab: str) -> str:
+    """Returns the lines of the keys; none before `swarmctl trust` has pinned some."""
+    try:
+        return wireguard_keys.text_of(lab_paths(lab).wireguard_keys.read_bytes())
+    except FileNotFoundError:
+        return ""

@@ -10,13 +10,13 @@ from pydantic import AfterValidator, Field, model_validator
 
 from swarmctl.diagnostics import Diagnostic, has_errors
 from swarmctl.field_types import Model
-from swarmctl.lab.faults import fault_words
+from swarmctl.lab.faults import kinds
 from swarmctl.spec.validation import validated
 from swarmctl.yamltext.source import parse
 
 
 def _fault(line: str) -> str:
-    fault_words.read(line)
+    kinds.read(line)
     return line
 
 

@@ -19,7 +19,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from swarmctl.lab import control_socket, supervisor_start
+from swarmctl.lab import supervisor_client
 from swarmctl.lab.driver_stand_ins import StandIn, state_in
 from swarmctl.lab.emulators import TYPES
 from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX, build_robot
@@ -211,7 +211,7 @@ class Supervisor:
             Path("/proc/self/mountinfo").read_text(),
             Path("/proc/self/cgroup").read_text(),
             files.tag,
-            delegated=supervisor_start.SYSTEMD_RUNS.is_dir(),
+            delegated=supervisor_client.SYSTEMD_RUNS.is_dir(),
         )
         for host in plan.hosts:
             for argv in nspawn.mount_argvs(state.images[host.distro], files.host(host.name)):
@@ -306,9 +306,9 @@ def main(directory: str) -> None:
     for stream in (1, 2):
         os.dup2(log, stream)
     supervisor = Supervisor(files, read_state(files))
-    server = control_socket.listen(files.socket)
+    server = supervisor_client.listen(files.socket)
     supervisor.start()
-    control_socket.serve(server, supervisor.answer)
+    supervisor_client.serve(server, supervisor.answer)
 
 
 if __name__ == "__main__":

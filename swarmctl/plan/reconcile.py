@@ -1,5 +1,7 @@
 """Compares a bundle with an observed host: the steps to write, stop, start and restart, with their causes.
 
+Such a change restarts and reloads nothing, and cannot lock the operator out: it needs no confirmation.
+
 The host's agent makes files, links and blocks those of the manifest; the steps describe the effect.
 """
 
@@ -12,13 +14,32 @@ from swarm_onboard.agent.paths import READERS
 from swarm_onboard.agent.steps import Kind, Step
 
 from swarmctl.health import unit_conditions
-from swarmctl.plan import host_edits, preflight
-from swarmctl.plan.files_only import files_only
-from swarmctl.plan.host_tools import install_hints
+from swarmctl.plan import host_preparation, observed_host
+from swarmctl.plan.host_needs import install_hints
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Problem
 from swarmctl.render.bundle import Bundle, File, in_words, package
 from swarmctl.render.elf import machines_of
+
+_OF_FILES = (Kind.CREATE, Kind.UPDATE, Kind.DELETE)
+_AT_LOGIN = ("setup.bash",)  # people read it in the files of their shells, so that it may end a login
+
+
+def files_only(steps: Sequence[Step], bundle: Bundle, observed: Observed) -> bool:
+    """Returns True if the steps exchange nothing but files that no unit needs and no link or block shows."""
+    old, new = observed.manifest, bundle.manifest
+    if old is None or observed.digest in (None, bundle.digest) or observed.unfinished:
+        return False
+    if any(step.kind not in (*_OF_FILES, Kind.ACTIVATE) for step in steps):
+        return False
+    if any(old[part] != new[part] for part in ("units", "links", "blocks", "secrets")):
+        return False
+    if observed.links or observed.blocks:
+        return False
+    needed = {path for unit in new["units"] for path in unit["needs"]}
+    used = {*needed, *new["links"].values(), *new["blocks"].values(), *_AT_LOGIN}
+    return not any(step.kind in _OF_FILES and step.target in used for step in steps)
+
 
 _DRIFT = {
     "changed": "was changed on the host",
@@ -223,9 +244,9 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
         for name, state in observed.units.items()
         if state.skipped and state.unmet and name not in optional
     ]
-    edited = host_edits.lost(bundle, observed)
+    edited = observed_host.lost(bundle, observed)
     return (
-        *([f"{edited}; {host_edits.hint(bundle.swarm)}"] if edited else []),
+        *([f"{edited}; {observed_host.hint(bundle.swarm)}"] if edited else []),
         *(f"{name} is skipped: {why}; {repair}" for name, (why, repair) in skipped),
         *(
             f"program `{unit.program}` is skipped: the host lacks {in_words(absent)}; "
@@ -233,7 +254,7 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
             for unit in optional.values()
             if (absent := _absent(map(package, unit.packages), observed))
         ),
-        *preflight.notes(bundle, observed),
+        *host_preparation.notes(bundle, observed),
         *(bundle.by_hand if observed.digest != bundle.digest else ()),
     )
 
@@ -249,29 +270,30 @@ def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
     if bundle.unbuilt:
         names = ", ".join(bundle.unbuilt)
         message = f"{names} {'are' if len(bundle.unbuilt) > 1 else 'is'} not built for it"
-        return Problem(preflight.UNFIT, message, "`swarmctl prepare` builds and keeps it")
+        return Problem(host_preparation.UNFIT, message, "`swarmctl prepare` builds and keeps it")
     if bundle.unsigned:
         message = f"the permissions of {', '.join(bundle.unsigned)} are not signed as the spec has them"
-        return Problem(preflight.UNFIT, message, "`swarmctl keys` signs them")
+        return Problem(host_preparation.UNFIT, message, "`swarmctl keys` signs them")
     if bundle.unpinned:
         message = f"the WireGuard keys of {', '.join(bundle.unpinned)} are not pinned"
-        return Problem(preflight.UNFIT, message, "`swarmctl trust` pins them")
+        return Problem(host_preparation.UNFIT, message, "`swarmctl trust` pins them")
     if not facts:  # the host was not contacted
         return None
-    if problem := preflight.unusable(facts):
+    if problem := host_preparation.unusable(facts):
         return problem
     for file in bundle.files:
         machines = machines_of(file.content)
         if machines and facts.machine not in machines:
             message = f"its machine is {facts.machine}, and {file.path} is compiled for {machines[0]}"
-            return Problem(preflight.UNFIT, message, f"build {file.origin or 'it'} for {facts.machine}")
+            hint = f"build {file.origin or 'it'} for {facts.machine}"
+            return Problem(host_preparation.UNFIT, message, hint)
     if bundle.platform and (platform := facts.platform or bundle.platform) != bundle.platform:
         message = f"it is {platform}, and its packages are built for {bundle.platform}"
-        return Problem(preflight.UNFIT, message, "`swarmctl prepare` builds them for it")
+        return Problem(host_preparation.UNFIT, message, "`swarmctl prepare` builds them for it")
     if missing := _absent(bundle.requires, observed):
-        hint = f"{preflight.PREPARE_INSTALLS}; by hand: {_install_hint(bundle, missing)}"
-        return Problem(preflight.UNFIT, f"it lacks {in_words(missing)}", hint)
-    return preflight.without_secret(bundle, observed)
+        hint = f"{host_preparation.PREPARE_INSTALLS}; by hand: {_install_hint(bundle, missing)}"
+        return Problem(host_preparation.UNFIT, f"it lacks {in_words(missing)}", hint)
+    return host_preparation.without_secret(bundle, observed)
 
 
 def _install_hint(bundle: Bundle, missing: Sequence[str]) -> str:

@@ -18,9 +18,8 @@ from swarmctl.remote import openssh_options as options
 from swarmctl.remote.identities import DEFAULT_FILES, SECURITY_KEY_FILES
 from swarmctl.remote.jump_hosts import Hops
 from swarmctl.remote.openssh_log import Stage
-from swarmctl.remote.openssh_process import SshProcess
+from swarmctl.remote.openssh_process import LoginFolders, SshProcess, write_private
 from swarmctl.remote.openssh_session import OpenSshSession
-from swarmctl.remote.openssh_watchdog import LoginFolders, write_private
 from swarmctl.remote.ssh_limits import Timeouts, patiently
 from swarmctl.remote.sudo_password import SudoPassword
 from swarmctl.remote.transport import HostError, Kind, Target

@@ -1,4 +1,4 @@
-"""The level of `security` of a swarm and of an island, and the network of its WireGuard, as the spec has them."""
+"""The level of `security` of a swarm and of an island, and the network of its WireGuard, in a spec."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from rich.text import Text
 
 from swarmctl.health.first_aid import Check
 from swarmctl.views.escape import printable
-from swarmctl.views.status_table import GLYPH, STYLE
+from swarmctl.views.status import GLYPH, STYLE
 
 
 def lines(check: Check) -> Text:

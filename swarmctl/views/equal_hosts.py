@@ -9,7 +9,11 @@ from functools import cached_property, lru_cache
 from string import ascii_letters, digits
 from typing import TypeVar
 
+from rich.text import Text
+
 from swarmctl.swarm.resolved import Swarm
+from swarmctl.views.escape import printable
+from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist
 
 FEW = 3  # equal hosts that are still shown one by one
@@ -187,3 +191,22 @@ def _together(mark: str, values: Sequence[str]) -> str | None:
         return f"{least}-{greatest}"
     listed = hostlist.written(values)
     return None if mark == _RELEASE or ", " in listed or len(listed) > LONGEST_LIST else listed
+
+
+def notes(
+    noted: Sequence[tuple[str, str]],
+    names: Mapping[str, Names],
+    *,
+    details: bool,
+    width: int | None,
+    complete: Callable[[str], str],
+) -> Text:
+    """One line for equal notes of ``(host, note)``, which may differ in names; with ``details`` for each."""
+    texts = [(host, printable(complete(note))) for host, note in noted]
+    rows = [(host, (names.get(host) or Names(host)).about(text), text) for host, text in texts]
+    text = Text()
+    for group in grouped(rows, lambda row: (row[0], row[2]) if details else row[1].pattern_of(row[2])):
+        hosts, own, same = zip(*group, strict=True)
+        line = Text(f"note: {hostlist.written(hosts)}: {merged(same, own)}", "dim")
+        text.append_text(wrapped(line, width, 6)).append("\n")
+    return text

@@ -11,12 +11,25 @@ from rich.text import Text
 from swarm_onboard.agent.steps import Kind
 
 from swarmctl.plan.plan import HostPlan, Plan, Problem
-from swarmctl.views.equal_hosts import FEW, Names, grouped, merged_behind
+from swarmctl.plan.waves import Order
+from swarmctl.views.equal_hosts import FEW, Names, grouped, merged_behind, notes
 from swarmctl.views.escape import printable
-from swarmctl.views.graph.impact import losses
-from swarmctl.views.notes import notes
+from swarmctl.views.graph.analyses import losses
 from swarmctl.views.width import shortened, wrapped
 from swarmctl.yamltext import hostlist
+
+_TOGETHER = {
+    "wave": "the hosts of a wave stay changed or go back together",
+    "all": "all stay changed or go back together",
+}
+
+
+def order_text(order: Order, width: int | None = None) -> Text:
+    """Returns which hosts change one after the other, and what becomes of them if one fails."""
+    waves = ", then ".join(hostlist.written(wave) for wave in order.waves)
+    rule = _TOGETHER.get(order.consistency)
+    return wrapped(Text(f"order: {waves}{f'; {rule}' if rule else ''}"), width, 2)
+
 
 _GLYPH = {
     Kind.SECRET: ("*", "cyan"),

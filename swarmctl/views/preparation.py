@@ -11,9 +11,8 @@ from rich.text import Text
 
 from swarmctl.plan.host_preparation import HostPreparation, Kind
 from swarmctl.plan.plan import Problem
-from swarmctl.views.equal_hosts import Names, grouped, merged, merged_behind
+from swarmctl.views.equal_hosts import Names, grouped, merged, merged_behind, notes
 from swarmctl.views.escape import printable
-from swarmctl.views.notes import notes
 from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist
 

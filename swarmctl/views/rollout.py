@@ -9,9 +9,8 @@ from rich.text import Text
 
 from swarmctl.deploy.outcome import Outcome, Result
 from swarmctl.remote.transport import HostError, Kind
-from swarmctl.views.equal_hosts import FEW, Names, grouped, merged_behind
+from swarmctl.views.equal_hosts import FEW, Names, grouped, merged_behind, notes
 from swarmctl.views.escape import printable
-from swarmctl.views.notes import notes
 from swarmctl.views.progress import verdict
 from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist

@@ -17,7 +17,7 @@ from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import HostRow, Look, Status, TopicRow
 from swarmctl.health.verdict import State
 from swarmctl.views.escape import printable
-from swarmctl.views.status_table import NOBODY
+from swarmctl.views.status import NOBODY
 
 MOST_FINDINGS = 100  # of a host
 _LONGEST = 120  # letters of a label, before what keeps it different from others

@@ -11,7 +11,7 @@ import pytest
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.deploy.secrets import variable
-from swarmctl.deploy.sros2_authority import new_key
+from swarmctl.deploy.sros2_keystore import new_key
 from tests.sros2 import bundles_in, write_spec
 
 Typed = Callable[..., str]

@@ -12,7 +12,7 @@ from swarm_onboard.tunnel.keys import Keys, line
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.where import Where
-from swarmctl.deploy import public_keys
+from swarmctl.deploy import rekey
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests import ROOT, in_process
 
@@ -48,7 +48,7 @@ class Hosts:
 def hosts(monkeypatch: pytest.MonkeyPatch) -> Hosts:
     made = Hosts()
     targets = {name: Target(name, "192.168.77.1", "robot") for name in HOSTS}
-    monkeypatch.setattr(public_keys, "exchanged", made.exchanged)
+    monkeypatch.setattr(rekey, "exchanged", made.exchanged)
     monkeypatch.setattr(Where, "_real_targets", lambda *_: targets)
     return made
 

@@ -19,7 +19,7 @@ from swarmctl.adoption.changes import EditedFile
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.cli.where import Where
-from swarmctl.deploy import edits_on_hosts, histories, rollout
+from swarmctl.deploy import host_records, observe_host, rollout
 from swarmctl.health import collect, host_logs, report_archive
 from swarmctl.health.host_logs import HostLog
 from swarmctl.health.log_entries import Entry
@@ -83,10 +83,10 @@ def swarm(
     monkeypatch.setattr(collect, "probe_hosts", found.probe)
     monkeypatch.setattr(host_logs, "host_logs", found.logs)
     monkeypatch.setattr(rollout, "observe", found.observe)
-    monkeypatch.setattr(edits_on_hosts, "edits_on_hosts", found.edited)
+    monkeypatch.setattr(observe_host, "edits_on_hosts", found.edited)
     unchanged = Answer([], None, "", [], [], "")
     monkeypatch.setattr(
-        histories, "histories", lambda *_, **__: [Finished(host, unchanged, 0.0) for host in HOSTS]
+        host_records, "histories", lambda *_, **__: [Finished(host, unchanged, 0.0) for host in HOSTS]
     )
     reach = {host.name: Target(host.name, host.address, "robot") for host in graph().hosts}
     monkeypatch.setattr(Where, "targets", lambda *_, **__: reach)

@@ -12,8 +12,7 @@ import pytest
 from swarmctl.cli import exit_codes, selected
 from swarmctl.cli.app import run
 from swarmctl.lab import lab
-from swarmctl.lab.lab_plan import plan_of
-from swarmctl.lab.part_of_plan import part_of
+from swarmctl.lab.lab_plan import part_of, plan_of
 from tests.loading import load_swarm
 
 SPEC = """\

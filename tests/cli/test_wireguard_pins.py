@@ -13,7 +13,7 @@ from swarm_onboard.tunnel.keys import Keys
 from swarmctl.cli import exit_codes
 from swarmctl.cli.verbs import trust
 from swarmctl.cli.where import Where
-from swarmctl.deploy import public_keys
+from swarmctl.deploy import rekey
 from swarmctl.lab import paths
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests import ROOT, in_process
@@ -43,7 +43,7 @@ class Answers:
 def answers(monkeypatch: pytest.MonkeyPatch) -> Answers:
     made = Answers()
     targets = {name: Target(name, "192.168.77.1", "robot", 22, (), ()) for name in HOSTS}
-    monkeypatch.setattr(public_keys, "exchanged", made.exchanged)
+    monkeypatch.setattr(rekey, "exchanged", made.exchanged)
     monkeypatch.setattr(Where, "_real_targets", lambda *_: targets)
     monkeypatch.setattr(Where, "_lab_targets", lambda *_: targets)
     monkeypatch.setattr(

@@ -15,8 +15,7 @@ from swarmctl.conformance.results import Result
 from swarmctl.lab.emulators import VirtualPort
 from swarmctl.lab.emulators.arduino_rover import BUFFER, PUBLISHERS, SLOTS, SUBSCRIBERS, ArduinoRover
 from swarmctl.lab.emulators.robot import NoticesPort, Robot
-from swarmctl.lab.emulators.rosserial_device import Device
-from swarmctl.lab.emulators.rosserial_frames import TX_STOP, Message, Topic
+from swarmctl.lab.emulators.rosserial_device import TX_STOP, Device, Message, Topic
 from swarmctl.lab.emulators.serial_faults import Faults
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.spec.catalog import load_catalog

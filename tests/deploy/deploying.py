@@ -8,10 +8,9 @@ from typing import Any
 import pytest
 
 from swarmctl.analysis.impact import Impact
-from swarmctl.deploy.deploy_rules import Rules
 from swarmctl.deploy.deployment import Deployment
 from swarmctl.deploy.host_transaction import HostTransaction, Terms
-from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.outcome import Outcome, Rules
 from swarmctl.plan.waves import Consistency, order
 from swarmctl.remote.parallel_hosts import Event
 from swarmctl.remote.transport import Target, Transport

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.adoption.changes import EditedFile
-from swarmctl.deploy.edits_on_hosts import edits_on_hosts
+from swarmctl.deploy.observe_host import edits_on_hosts
 from swarmctl.remote.transport import HostError, Kind
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts

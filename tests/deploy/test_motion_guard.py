@@ -16,10 +16,9 @@ import pytest
 from swarm_onboard.agent.paths import stop_file
 
 from swarmctl.deploy import rollout
-from swarmctl.deploy.deploy_rules import Rules
 from swarmctl.deploy.deployment import Deployment
 from swarmctl.deploy.host_transaction import Terms
-from swarmctl.deploy.outcome import Outcome, Removed
+from swarmctl.deploy.outcome import Outcome, Removed, Rules
 from swarmctl.deploy.rollback import Rollback
 from swarmctl.plan.robots_in_use import Dependents
 from swarmctl.plan.waves import order

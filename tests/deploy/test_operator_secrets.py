@@ -12,10 +12,9 @@ from typing import Any
 import pytest
 from swarm_onboard.agent.steps import Kind
 
-from swarmctl.deploy.deploy_rules import Rules
-from swarmctl.deploy.histories import histories
+from swarmctl.deploy.host_records import histories
 from swarmctl.deploy.host_transaction import Terms
-from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.outcome import Outcome, Rules
 from swarmctl.deploy.rollback import Rollback
 from swarmctl.deploy.rollout import observe
 from swarmctl.deploy.secrets import SecretError, found, variable

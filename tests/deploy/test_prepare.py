@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.deploy.prepare import Prepared, observe, prepare
-from swarmctl.plan.host_needs import HostNeeds
-from swarmctl.plan.package_requirement import PackageRequirement
+from swarmctl.plan.host_needs import HostNeeds, PackageRequirement
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from tests.onboard.agent.fakehost import FakeHost

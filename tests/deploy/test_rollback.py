@@ -7,10 +7,9 @@ from typing import Any
 
 import pytest
 
-from swarmctl.deploy.deploy_rules import Rules
-from swarmctl.deploy.histories import histories
+from swarmctl.deploy.host_records import histories
 from swarmctl.deploy.host_transaction import Terms
-from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.outcome import Outcome, Rules
 from swarmctl.deploy.rollback import Rollback
 from swarmctl.plan.history import Run, runs
 from swarmctl.plan.waves import order

@@ -17,8 +17,7 @@ from cryptography.hazmat.primitives.serialization import (
     PrivateFormat,
 )
 
-from swarmctl.deploy.sros2_authority import new_key, private_key
-from swarmctl.deploy.sros2_keystore import KeystoreError, Missing, missing, secrets_of
+from swarmctl.deploy.sros2_keystore import KeystoreError, Missing, missing, new_key, private_key, secrets_of
 from swarmctl.render.bundle import Enclave
 from swarmctl.spec import keystore
 from tests.sros2 import JOINS, bundles_in, enclaves_of, write_spec

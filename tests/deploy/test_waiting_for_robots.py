@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.deploy.deploy_rules import Rules
 from swarmctl.deploy.deployment import Deployment
+from swarmctl.deploy.outcome import Rules
 from swarmctl.remote.parallel_hosts import Note
 from swarmctl.remote.transport import Kind
 from swarmctl.render.bundle import Bundle, File

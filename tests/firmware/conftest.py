@@ -10,8 +10,8 @@ import pytest
 
 from swarmctl.firmware import compiler
 from swarmctl.firmware.compiler import Built, build
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 from swarmctl.lab.emulators.uno import program
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.lab.errors import LabError
 from swarmctl.render.sketch import FirmwareSettings, sketch
 from tests.firmware.firmware_bench import Bench

@@ -10,7 +10,7 @@ from swarm_onboard.rosserial.conversation import Conversation, Event, Phase, Rec
 from swarm_onboard.rosserial.messages import Log
 from swarm_onboard.rosserial.topics import MessageType
 
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 
 TYPES = {
     "std_msgs/Int32": MessageType("da5909fbe378aeaf85e547e830cc1bb7", 4),

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 from swarmctl.lab.emulators.bootloader import FLASH, PAGE, WAIT
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 
 SYNC, IN_SYNC = b"\x30\x20", b"\x14\x10"
 GREETING = b"swarmctl firmware "

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from swarmctl.analysis.rosserial_load import PATIENCE
 from swarmctl.analysis.sketch_limits import PULSES_PER_SECOND, most_pulses, patience, wrong_baud
 from swarmctl.firmware.compiler import Built
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 from swarmctl.lab.emulators.uno import LEFT, RIGHT
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.render.sketch import FirmwareSettings
 from swarmctl.robot_types.sketch_settings import SKETCH_BOUNDS, Firmware, WheelDrive, completed
 from tests.firmware.firmware_bench import RADIUS, Bench

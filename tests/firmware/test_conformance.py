@@ -9,8 +9,8 @@ import pytest
 
 from swarmctl.conformance.results import Verdict
 from swarmctl.firmware.compiler import Built
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 from swarmctl.lab.emulators.uno import LEFT, RIGHT, Fault
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.render.sketch import FirmwareSettings, sketch
 from tests.conformance.board_benches import checked, config, tried
 

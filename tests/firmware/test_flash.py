@@ -16,10 +16,10 @@ from swarmctl.deploy.flash import Flashed, Job, flash
 from swarmctl.deploy.flash import result_of as outcome
 from swarmctl.firmware import avrdude
 from swarmctl.firmware.compiler import Built
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 from swarmctl.lab.emulators.bootloader import PAGE
 from swarmctl.lab.emulators.serial_robot import Port
 from swarmctl.lab.emulators.uno import image
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.sketch import FirmwareSettings, sketch

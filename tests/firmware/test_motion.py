@@ -11,8 +11,8 @@ from typing import Literal, NamedTuple
 import pytest
 
 from swarmctl.firmware.compiler import Built
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 from swarmctl.lab.emulators.uno import LEFT, Motor
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.render.sketch import FirmwareSettings
 from swarmctl.robot_types.sketch_settings import Firmware, WheelDrive, completed
 from tests.firmware.firmware_bench import PULSES, RADIUS, SEPARATION, Bench

@@ -9,8 +9,8 @@ from collections.abc import Callable
 import serial
 from swarm_onboard.rosserial import frames
 
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 from swarmctl.lab.emulators.serial_robot import Port
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from tests.timing import PATIENCE
 
 

@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from swarmctl.firmware.compiler import RAM, Built, Toolchain
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 from swarmctl.lab.emulators.uno import Fault
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from tests.firmware import stack
 from tests.firmware.firmware_bench import Bench
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from swarmctl.lab.emulators.uno_rover import SimulatedBoard
+from swarmctl.lab.emulators.arduino_rover import SimulatedBoard
 
 REQUEST = bytes.fromhex("ff fe 00 00 ff 00 00 ff")
 TX_STOP = bytes.fromhex("ff fe 00 00 ff 0b 00 f4")

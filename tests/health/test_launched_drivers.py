@@ -15,7 +15,7 @@ from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
 from swarmctl.health.verdict import State
-from swarmctl.views.status_table import table
+from swarmctl.views.status import table
 from tests.loading import load_swarm
 
 SPEC = """

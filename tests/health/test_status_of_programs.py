@@ -18,7 +18,7 @@ from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
 from swarmctl.health.verdict import State
 from swarmctl.render.build_bundle import bundles
-from swarmctl.views.status_table import table
+from swarmctl.views.status import table
 from tests import ROOT
 from tests.health.swarm_values import RUNNING
 from tests.loading import load_swarm

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.lab import paths, supervisor_start
+from swarmctl.lab import paths, supervisor_client
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import network, nspawn, processes
 from swarmctl.lab.hosts.nspawn import Cgroups, cgroups
@@ -153,11 +153,11 @@ def test_cgroups_of_a_lab(mounts: str, own: str, delegated: bool, expected: Cgro
 
 def test_under_systemd_the_supervisor_is_a_delegated_service() -> None:
     place = LabPaths(Path("/elsewhere/lab/tiny"))
-    argv = supervisor_start.service_argv(place, ("supervisor", "x"))
+    argv = supervisor_client.service_argv(place, ("supervisor", "x"))
     assert argv[:3] == ("systemd-run", "--quiet", "--collect")
     assert {"--property=Delegate=yes", "--property=KillSignal=SIGKILL"} <= set(argv)
-    assert f"--unit={supervisor_start.service(place)}" in argv
-    assert "@" not in supervisor_start.service(place)  # it would be the instance of a template
+    assert f"--unit={supervisor_client.service(place)}" in argv
+    assert "@" not in supervisor_client.service(place)  # it would be the instance of a template
     assert argv[-2:] == ("supervisor", "x")
 
 

@@ -12,11 +12,10 @@ from xml.etree import ElementTree
 import pytest
 from swarm_onboard.stand_in.config import load
 
-from swarmctl.lab.driver_stand_ins import state_in
+from swarmctl.lab.driver_stand_ins import files, state_in
 from swarmctl.lab.emulators.emulator_lookup import build_robot
 from swarmctl.lab.lab_plan import LabPlan, Workspace, plan_of
 from swarmctl.lab.lab_state import State
-from swarmctl.lab.stand_in_files import files
 from swarmctl.render.build_bundle import bundles
 from tests.lab.lab_values import swarm_from
 from tests.ros_packages.packages import manifest

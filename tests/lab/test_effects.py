@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from swarmctl.lab import control_socket, paths
+from swarmctl.lab import paths, supervisor_client
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import disks, processes
 from tests.timing import PATIENCE, wait_for
@@ -138,7 +138,7 @@ class TestControl:
         """A socket whose path is far too long for an address, answered by an echo that refuses ``no``."""
         folder = tmp_path / ("long" * 30)
         folder.mkdir()
-        server = control_socket.listen(folder / "control")
+        server = supervisor_client.listen(folder / "control")
 
         def answer(request: Mapping[str, Any]) -> Mapping[str, Any]:
             if request["do"] == "no":
@@ -147,15 +147,15 @@ class TestControl:
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             return {"received": request}
 
-        threading.Thread(target=control_socket.serve, args=(server, answer), daemon=True).start()
+        threading.Thread(target=supervisor_client.serve, args=(server, answer), daemon=True).start()
         return folder / "control"
 
     def test_request_and_answer(self, path: Path) -> None:
-        assert control_socket.send(path, {"do": "x"}) == {"received": {"do": "x"}}
+        assert supervisor_client.send(path, {"do": "x"}) == {"received": {"do": "x"}}
 
     def test_a_refusal_arrives_as_an_error(self, path: Path) -> None:
         with pytest.raises(LabError, match="refused") as caught:
-            control_socket.send(path, {"do": "no"})
+            supervisor_client.send(path, {"do": "no"})
         assert caught.value.help_lines == ("ask for something else",)
 
     @pytest.mark.parametrize(
@@ -167,15 +167,15 @@ class TestControl:
             connection.connect(f"/proc/self/fd/{folder}/{path.name}")
             os.close(folder)
             connection.sendall(noise)
-        assert control_socket.send(path, {"do": "x"}) == {"received": {"do": "x"}}
+        assert supervisor_client.send(path, {"do": "x"}) == {"received": {"do": "x"}}
 
     def test_system_errors_are_reported(self, path: Path) -> None:
         with pytest.raises(LabError, match=r"supervisor failed: .*No space"):
-            control_socket.send(path, {"do": "full"})
+            supervisor_client.send(path, {"do": "full"})
 
     def test_only_root_may_send_requests(self, path: Path) -> None:
         assert path.stat().st_mode & 0o777 == 0o600
 
     def test_no_supervisor(self, tmp_path: Path) -> None:
         with pytest.raises(FileNotFoundError):
-            control_socket.send(tmp_path / "control", {})
+            supervisor_client.send(tmp_path / "control", {})

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.lab import paths
-from swarmctl.lab.faults import network_faults, power_faults, robot_faults, system_faults
+from swarmctl.lab.faults import host_faults, robot_faults
 from swarmctl.lab.faults.kinds import KINDS
 from swarmctl.lab.hosts import inside
 from swarmctl.lab.paths import LabPaths
@@ -53,7 +53,7 @@ def test_wrong_values_of_options(name: str, text: str) -> None:
 
 
 def test_lost_packets() -> None:
-    assert network_faults.loss_script(2.5) == (
+    assert host_faults.loss_script(2.5) == (
         "nft -f - <<'END'\n"
         "table inet lab_loss\n"
         "delete table inet lab_loss\n"
@@ -72,14 +72,14 @@ def test_lost_packets() -> None:
 
 
 def test_multicast_is_lost_but_neighbours_are_found() -> None:
-    script = network_faults.no_multicast_script()
+    script = host_faults.no_multicast_script()
     neighbours, lost = script.index("ff02::1:ff00:0/104 } accept"), script.index("ip6 daddr ff00::/8 drop")
     assert neighbours < lost
     assert 'oif != "lo" ip daddr 224.0.0.0/4 drop' in script
 
 
 def test_both_ends_of_each_cable_have_the_bandwidth(tmp_path: Path) -> None:
-    argvs = [" ".join(one) for one in network_faults.rate_argvs(plan_from(tmp_path), HOME, "beta", "1Mbit")]
+    argvs = [" ".join(one) for one in host_faults.rate_argvs(plan_from(tmp_path), HOME, "beta", "1Mbit")]
     assert argvs == [
         f"tc -n {namespace} qdisc replace dev {device} root tbf rate 1Mbit burst 8kb latency 400ms"
         for namespace, device in (
@@ -89,24 +89,24 @@ def test_both_ends_of_each_cable_have_the_bandwidth(tmp_path: Path) -> None:
             ("swarm-tiny.beta", "eth0"),
         )
     ]
-    unlimited = network_faults.rate_argvs(plan_from(tmp_path), HOME, "beta", None)
+    unlimited = host_faults.rate_argvs(plan_from(tmp_path), HOME, "beta", None)
     assert {one[8:] for one in unlimited} == {("noqueue",)}
 
 
 def test_a_step_of_the_clock_takes_the_last_one_back() -> None:
-    first, second = system_faults.clock_script(-0.5).splitlines()
-    assert first == system_faults.END_OF_CLOCK
+    first, second = host_faults.clock_script(-0.5).splitlines()
+    assert first == host_faults.END_OF_CLOCK
     assert "lambda: now() + -0.5)(time.time)" in second
     assert "lambda: now() + -500000000)(time.time_ns)" in second
 
 
-@pytest.mark.parametrize("script", [system_faults.full_script(), system_faults.read_only_script()])
+@pytest.mark.parametrize("script", [host_faults.full_script(), host_faults.read_only_script()])
 def test_a_fault_of_the_disk_takes_the_last_one_back(script: str) -> None:
-    assert script.splitlines()[:2] == ["set -e", system_faults.END_OF_MOUNT]
+    assert script.splitlines()[:2] == ["set -e", host_faults.END_OF_MOUNT]
 
 
 def test_commands_of_units() -> None:
-    assert power_faults.REBOOT_SCRIPT == "systemctl --no-block reboot"
+    assert host_faults.REBOOT_SCRIPT == "systemctl --no-block reboot"
     assert robot_faults.kill_script("tiny", "rover").endswith("--kill-who=main swarm-tiny.rover.service")
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.lab import lab, paths, supervisor_start
+from swarmctl.lab import lab, paths, supervisor_client
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.faults.kinds import KINDS
 from swarmctl.lab.hosts import network
@@ -205,11 +205,11 @@ def test_a_host_can_be_cut_off_all_networks_or_one(tiny: str) -> None:
 
 @in_a_lab
 def test_a_second_up_changes_nothing(tiny: str, plan: LabPlan) -> None:
-    supervisor, every = supervisor_start.pids(paths.lab_paths(tiny)), lab.status(tiny)
+    supervisor, every = supervisor_client.pids(paths.lab_paths(tiny)), lab.status(tiny)
     notes: list[str] = []
     lab.up(plan, notes.append)
     assert notes[0] == "lab tiny is up already"
-    assert supervisor_start.pids(paths.lab_paths(tiny)) == supervisor
+    assert supervisor_client.pids(paths.lab_paths(tiny)) == supervisor
     assert lab.status(tiny) == every
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.lab import lab, paths, supervisor_client, supervisor_start
+from swarmctl.lab import lab, paths, supervisor_client
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import processes
 from swarmctl.lab.lab_plan import LabPlan
@@ -55,7 +55,7 @@ def test_killing_the_supervisor_ends_the_lab_and_up_restores_it(plan: LabPlan, w
     lab.up(plan, quiet)
     on(plan.name, "alpha", "echo kept > kept; sync")
     place = paths.lab_paths(plan.name)
-    os.kill(sorted(supervisor_start.pids(place))[which], signal.SIGKILL)
+    os.kill(sorted(supervisor_client.pids(place))[which], signal.SIGKILL)
     inside = [paths.NAMESPACES / name for name in place.namespaces()]
     wait_for(lambda: not processes.in_network_namespaces(inside), complaint="hosts outlive their supervisor")
     assert lab.status(plan.name)["running"] is False
@@ -64,7 +64,7 @@ def test_killing_the_supervisor_ends_the_lab_and_up_restores_it(plan: LabPlan, w
     assert "lab up" in refusal.value.help_lines[0]
     lab.up(plan, quiet)
     assert on(plan.name, "alpha", "cat kept") == "kept"
-    os.kill(supervisor_start.pids(place)[0], signal.SIGKILL)
+    os.kill(supervisor_client.pids(place)[0], signal.SIGKILL)
     lab.down(plan.name)
     assert left_of(place) == []
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swarmctl.lab.lab_plan import plan_of
-from swarmctl.lab.part_of_plan import masters_for, part_of
+from swarmctl.lab.lab_plan import masters_for, part_of, plan_of
 from swarmctl.swarm.resolved import Swarm
 from tests.loading import load_swarm
 

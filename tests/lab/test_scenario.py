@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.lab.faults import fault_words
+from swarmctl.lab.faults import kinds
 from swarmctl.lab.scenario import read_scenario, scenario_of
 from tests import ROOT
 
@@ -66,10 +66,10 @@ def test_a_file_that_is_not_there() -> None:
 
 
 def test_the_words_of_a_fault() -> None:
-    words = fault_words.read("loss 'pi-*' k3-pi --percent=2.5")
+    words = kinds.read("loss 'pi-*' k3-pi --percent=2.5")
     assert (words.kind.name, words.selections, words.value) == ("loss", ("pi-*", "k3-pi"), 2.5)
-    assert fault_words.read("clock pi --step -5").value == -5.0
-    assert fault_words.read("link-down pi").value is None
+    assert kinds.read("clock pi --step -5").value == -5.0
+    assert kinds.read("link-down pi").value is None
 
 
 @pytest.mark.parametrize(
@@ -85,4 +85,4 @@ def test_the_words_of_a_fault() -> None:
 )
 def test_wrong_words_of_a_fault(line: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        fault_words.read(line)
+        kinds.read(line)

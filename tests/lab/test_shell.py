@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-from swarmctl.lab.shell import host_line, operator_argv, setup_file
+from swarmctl.lab.lab import host_line, operator_argv, setup_file
 
 
 def run_line(line: str, **environment: str) -> subprocess.CompletedProcess[str]:

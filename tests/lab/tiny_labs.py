@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.lab import lab, paths, preparation, supervisor_start
+from swarmctl.lab import lab, paths, preparation, supervisor_client
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import network, processes
 from swarmctl.lab.lab_plan import LabPlan
@@ -87,7 +87,7 @@ def left_of(place: LabPaths) -> list[str]:
     """Everything of a lab that is still on this machine."""
     inside = str(place.directory)
     found = [f"namespace {name}" for name in place.namespaces()]
-    found += [f"process {pid}" for pid in supervisor_start.pids(place)]
+    found += [f"process {pid}" for pid in supervisor_client.pids(place)]
     found += [
         f"mount {line}" for line in Path("/proc/self/mountinfo").read_text().splitlines() if inside in line
     ]

@@ -8,9 +8,9 @@ import pytest
 from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.plan.host_builds import builds_of, keys_of, planned
+from swarmctl.plan.host_needs import package_needs
 from swarmctl.plan.host_preparation import HostPreparation
 from swarmctl.plan.observed_host import NOTHING
-from swarmctl.plan.package_needs import package_needs
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle

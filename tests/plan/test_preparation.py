@@ -12,9 +12,8 @@ from swarm_onboard.agent.images import Image
 from swarm_onboard.agent.verbs.inventory import Answer
 from swarm_onboard.agent.verbs.observe import Facts
 
-from swarmctl.plan.host_needs import ACCOUNT_GROUPS, HostNeeds, needs_of
+from swarmctl.plan.host_needs import ACCOUNT_GROUPS, HostNeeds, PackageRequirement, needs_of
 from swarmctl.plan.host_preparation import HostPreparation, preparation
-from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.render.build_bundle import bundles
 from swarmctl.views.preparation import PreparationView
 from tests import ROOT

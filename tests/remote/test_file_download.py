@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.remote import file_download
+from swarmctl.remote import host_recordings
 from swarmctl.remote.transport import HostError, Kind, Session, WorkerSession
 from tests.remote.conftest import AnySsh
 from tests.remote.sshd import Sshd
@@ -28,7 +28,7 @@ def moved(session: Session, there: Path, place: Path) -> list[int]:
     """Moves the file; returns how many bytes were here after each piece."""
     assert not isinstance(session, WorkerSession)
     received: list[int] = []
-    file_download.move(session, str(there), place, received.append)
+    host_recordings.move(session, str(there), place, received.append)
     return received
 
 
@@ -48,7 +48,7 @@ def test_a_broken_transfer_goes_on_where_it_ended(
     with transport.connect(sshd.target()) as session:
         assert not isinstance(session, WorkerSession)
         with pytest.raises(HostError):
-            file_download.move(session, str(there), place, cut)
+            host_recordings.move(session, str(there), place, cut)
     assert not place.exists(), "nothing that is not whole has the name"
     assert there.exists()
     with transport.connect(sshd.target()) as session:
@@ -64,7 +64,7 @@ def test_a_damaged_file_comes_again(sshd: Sshd, transport: AnySsh, there: Path, 
     with transport.connect(sshd.target()) as session:
         assert not isinstance(session, WorkerSession)
         with pytest.raises(HostError):
-            file_download.move(session, str(there), place, lambda _: session.close())
+            host_recordings.move(session, str(there), place, lambda _: session.close())
         (part,) = tmp_path.glob(".here.bag.*.part")
         part.write_bytes(b"x" + part.read_bytes()[1:])
     with transport.connect(sshd.target()) as session:

@@ -16,12 +16,11 @@ from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.deploy import flash, prepare, rollout
 from swarmctl.deploy.outcome import Outcome, Removed
-from swarmctl.deploy.public_keys import exchanged
+from swarmctl.deploy.rekey import exchanged
 from swarmctl.firmware import avrdude
 from swarmctl.health import collect
-from swarmctl.plan.host_needs import HostNeeds
+from swarmctl.plan.host_needs import HostNeeds, PackageRequirement
 from swarmctl.plan.host_preparation import HostPreparation
-from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.plan.plan import HostPlan
 from swarmctl.plan.robots_in_use import Dependents
 from swarmctl.remote import parallel_hosts

@@ -14,7 +14,7 @@ from swarmctl.plugins import SECURITY_LEVELS
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.schema.json_schema import schema_of
-from swarmctl.views.graph import flows
+from swarmctl.views.graph import analyses
 from tests import ROOT
 from tests.loading import load_swarm
 from tests.render.rendered import text_of
@@ -55,7 +55,7 @@ def test_each_host_has_what_the_level_adds_to_that_below_it(example: str, tmp_pa
 @pytest.mark.usefixtures("registered")
 def test_views_rules_and_schema_have_its_name(tmp_path: Path) -> None:
     swarm = swarm_of(written(tmp_path, "watched"))
-    assert flows.heading(swarm).plain == "security: watched in newswarm"
+    assert analyses.flow_heading(swarm).plain == "security: watched in newswarm"
     spec = written(tmp_path, "watched")
     spec.write_text(re.sub(r"192\.168\.77\.11\b", "k3.lab", spec.read_text("utf-8")), "utf-8")
     [found] = [one for one in load_swarm(spec)[1] if one.code == "SEC005"]
@@ -74,7 +74,7 @@ def test_an_island_can_have_it_alone(tmp_path: Path) -> None:
     swarm = swarm_of(spec)
     assert [host for host, made in bundles(swarm).items() if PEERS in files(made)] == ["epuck-pi"]
     heading = "security: watched in lone-epuck; off in koala-group, khepera-group"
-    assert flows.heading(swarm).plain == heading
+    assert analyses.flow_heading(swarm).plain == heading
 
 
 def test_without_it_all_is_as_before(tmp_path: Path) -> None:

@@ -23,8 +23,8 @@ from swarmctl.diagnostics import (
     Span,
 )
 from swarmctl.views.escape import printable
-from swarmctl.views.findings import concise, github, gitlab, junit, sarif, summary
-from swarmctl.views.findings import json as json_format
+from swarmctl.views.findings import formats, junit, sarif
+from swarmctl.views.findings import formats as json_format
 from swarmctl.views.findings.formats import FORMATS
 from swarmctl.views.findings.report import Checked, Report, fingerprints, relative
 from tests.views import sample_findings as sample
@@ -75,7 +75,7 @@ def test_it_stays_as_it_is(name: str, golden: Callable[[Path, str], None]) -> No
 
 
 def test_the_page_of_a_job_stays_as_it_is(golden: Callable[[Path, str], None]) -> None:
-    golden(HERE / "golden/summary.md", summary.render(sample.report()))
+    golden(HERE / "golden/summary.md", formats.summary(sample.report()))
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -95,7 +95,7 @@ def test_nothing_found_is_a_whole_document_as_well(name: str) -> None:
 
 @given(reports)
 def test_a_concise_finding_is_one_line_that_hides_nothing(report: Report) -> None:
-    rows = concise.render(report).splitlines()
+    rows = formats.concise(report).splitlines()
     assert len(rows) == len(report.diagnostics)
     for row, (one, found) in zip(rows, report.findings, strict=True):
         assert row == printable(row)
@@ -108,7 +108,7 @@ def test_a_concise_finding_is_one_line_that_hides_nothing(report: Report) -> Non
 
 @given(reports)
 def test_json_carries_every_text_as_it_is(report: Report) -> None:
-    parsed = json.loads(json_format.render(report))
+    parsed = json.loads(json_format.json_document(report))
     assert [one["message"] for one in parsed["diagnostics"]] == [one.message for one in report.diagnostics]
     assert parsed["valid"] is report.passed
 
@@ -156,7 +156,7 @@ def test_a_fix_in_sarif_makes_the_change() -> None:
 
 @given(reports)
 def test_gitlab_gets_what_it_asks_for(report: Report) -> None:
-    issues = json.loads(gitlab.render(report))
+    issues = json.loads(formats.gitlab(report))
     assert len(issues) == len(report.diagnostics)
     assert len({one["fingerprint"] for one in issues}) == len(issues)
     for one in issues:
@@ -194,7 +194,7 @@ def decoded(command: str) -> tuple[dict[str, str], str]:
 
 @given(reports)
 def test_a_github_command_is_one_line_with_all_details(report: Report) -> None:
-    commands = github.render(report).splitlines()
+    commands = formats.github(report).splitlines()
     assert len(commands) == len(report.diagnostics)
     for command, (one, found) in zip(commands, report.findings, strict=True):
         properties, message = decoded(command)
@@ -206,7 +206,7 @@ def test_a_github_command_is_one_line_with_all_details(report: Report) -> None:
 
 
 def test_github_gets_columns_only_on_one_line() -> None:
-    found = [decoded(line)[0] for line in github.render(sample.report()).splitlines()]
+    found = [decoded(line)[0] for line in formats.github(sample.report()).splitlines()]
     assert [("col" in one, "line" in one) for one in found[:3]] == [
         (False, False),
         (True, True),
@@ -217,7 +217,7 @@ def test_github_gets_columns_only_on_one_line() -> None:
 
 @given(reports)
 def test_no_text_is_taken_for_markdown(report: Report) -> None:
-    page = summary.render(report)
+    page = formats.summary(report)
     rows = [line for line in page.split("\n") if line.startswith("| ")][1:]
     assert len(rows) == len(report.diagnostics)
     for row in rows:
@@ -244,7 +244,7 @@ def test_junit_counts_the_fixes_of_each_spec() -> None:
 
 @given(reports)
 def test_gitlab_names_every_way_to_fix(report: Report) -> None:
-    for one, found in zip(json.loads(gitlab.render(report)), report.diagnostics, strict=True):
+    for one, found in zip(json.loads(formats.gitlab(report)), report.diagnostics, strict=True):
         ways = (*found.help, *([found.fix.title] if found.fix else ()))
         assert all(way in one["description"] for way in ways)
 

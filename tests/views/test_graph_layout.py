@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.analysis.diagram import Diagram, Edge, Node
-from swarmctl.views.graph.layout import Box, layout
+from swarmctl.views.graph.svg import Box, layout
 
 
 @st.composite

@@ -13,7 +13,7 @@ from rich.cells import cell_len
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.views.findings import human
-from swarmctl.views.findings.excerpt import cells, marked, view
+from swarmctl.views.findings.human import cells, marked, view
 from swarmctl.views.findings.report import Checked
 from tests.views import sample_findings as sample
 

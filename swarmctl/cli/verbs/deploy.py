@@ -11,7 +11,6 @@ from swarmctl.cli import (
     console,
     deploy_steps,
     exit_codes,
-    forgotten_lab,
     left_hosts,
     options,
     rollout_output,
@@ -120,9 +119,9 @@ def deploy(
     """Deploy the spec to its hosts, wave by wave. Only units that changed restart; nothing changes before all
     hosts are known to be fit."""
     from swarmctl.deploy import journal
-    from swarmctl.deploy.deploy_rules import Rules
     from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.host_transaction import Terms
+    from swarmctl.deploy.outcome import Rules
     from swarmctl.plan.robots_in_use import Dependents
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
@@ -178,7 +177,7 @@ def deploy(
             details=details, interrupted=stop.requested,
         )  # fmt: skip
     if not where.in_lab:
-        forgotten_lab.guess("deploy", where, swarm.name, rollout_output.errors(found))
+        where.guess_lab("deploy", swarm.name, rollout_output.errors(found))
     with rollout_output.journal_warnings():
         _remember(found, wanted, swarm.hosts, in_lab=where.in_lab)
         left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab)
@@ -218,7 +217,7 @@ def _remember(
 
 def _advise(where: Where, found: Mapping[str, Result], absent: tuple[str, ...], code: int) -> None:
     """What comes after a deploy: hosts to prepare, to leave out or to try again, or a look at the swarm."""
-    from swarmctl.plan.preflight import PREPARE_INSTALLS
+    from swarmctl.plan.host_preparation import PREPARE_INSTALLS
 
     lacking = rollout_output.unfit(found, PREPARE_INSTALLS)
     if lacking:

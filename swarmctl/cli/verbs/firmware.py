@@ -161,7 +161,7 @@ def simulated(swarm: Swarm) -> dict[str, Path]:
 
 def _wired(robot: Robot, sketch: Sketch) -> Path:
     """The built sketch of a robot and the board it runs on."""
-    from swarmctl.lab.emulators.simulated_boards import write_board
+    from swarmctl.lab.emulators.arduino_rover import write_board
     from swarmctl.lab.emulators.uno import Motor
     from swarmctl.render.sketch import settings_of
 

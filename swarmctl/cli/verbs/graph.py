@@ -121,22 +121,22 @@ def _sections(
     from swarmctl.analysis.impact import impacts
     from swarmctl.swarm.flows import flows_of
     from swarmctl.swarm.resolve import resolve
-    from swarmctl.views.graph import budgets as budgets_view
-    from swarmctl.views.graph import flows as flows_view
-    from swarmctl.views.graph import impact as impact_view
+    from swarmctl.views.graph import analyses as budgets_view
+    from swarmctl.views.graph import analyses as flows_view
+    from swarmctl.views.graph import analyses as impact_view
+    from swarmctl.views.graph import analyses as paths_view
     from swarmctl.views.graph import overview
-    from swarmctl.views.graph import paths as paths_view
 
     if "impact" in chosen:
-        yield impact_view.table(part.impacts(impacts(index)), details=details, width=console.columns())
+        yield impact_view.impact_table(part.impacts(impacts(index)), details=details, width=console.columns())
     if "paths" in chosen:
         yield paths_view.paths(_paths(index, part, path), details=details)
     if "budgets" in chosen:
-        yield from budgets_view.tables(part.budgets(budgets_of(index)), details=details)
+        yield from budgets_view.budget_tables(part.budgets(budgets_of(index)), details=details)
     if "security" in chosen:
         swarm = resolve(index.document)
-        yield flows_view.heading(swarm)
-        yield flows_view.table(part.flows(flows_of(swarm)))
+        yield flows_view.flow_heading(swarm)
+        yield flows_view.flow_table(part.flows(flows_of(swarm)))
     if not chosen:
         yield overview.overview(part.diagram(diagram(index)), details=details)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import TypeVar
 
-    from swarmctl.deploy.command_records import HostRecords
+    from swarmctl.deploy.host_records import HostRecords
     from swarmctl.remote.parallel_hosts import Event
     from swarmctl.remote.transport import HostError, Target
 
@@ -38,7 +38,7 @@ def history(
     commanded which robot, from when to when.
     """
     from swarmctl.cli.ssh_targets import transport
-    from swarmctl.deploy.histories import histories
+    from swarmctl.deploy.host_records import histories
     from swarmctl.plan.history import runs
     from swarmctl.views.history import history_text
 
@@ -85,16 +85,16 @@ def _print_commands(
 ) -> None:
     """Prints who commanded the robots, and ends the program."""
     from swarmctl.cli.ssh_targets import transport
-    from swarmctl.deploy import journal, record_heads
-    from swarmctl.deploy.command_records import command_records
+    from swarmctl.deploy import host_records, journal
+    from swarmctl.deploy.host_records import command_records
     from swarmctl.plan.command_history import events
     from swarmctl.plan.history import runs
-    from swarmctl.views.command_history import table
+    from swarmctl.views.history import command_table
 
     names = [target.host for target in targets]
     place = journal.folder(swarm)
     # A lab may be booted anew, and its robots with it.
-    seen = {name: {} if in_lab else record_heads.recall(place, name) for name in names}
+    seen = {name: {} if in_lab else host_records.recall_heads(place, name) for name in names}
     read = command_records(swarm, list(targets), transport(), seen, parallel=parallel)
     found, errors = _results(names, read)
     records = {(host, robot): one for host, all_ in found.items() for robot, one in all_.robots.items()}
@@ -109,7 +109,7 @@ def _print_commands(
             "errors": {name: one.to_json() for name, one in errors.items()},
         })  # fmt: skip
     else:
-        console.out().print(table(listed, changes, records, errors))
+        console.out().print(command_table(listed, changes, records, errors))
     if not in_lab:
         try:
             _remember(place, found)
@@ -121,8 +121,8 @@ def _print_commands(
 
 def _remember(place: Path, found: Mapping[str, HostRecords]) -> None:
     """Stores the heads that were read; those of records with a problem stay as they were."""
-    from swarmctl.deploy import record_heads
+    from swarmctl.deploy import host_records
 
     for host, one in found.items():
         sound = {robot: record.head for robot, record in one.robots.items() if not record.problem}
-        record_heads.remember(place, host, {**record_heads.recall(place, host), **sound})
+        host_records.remember_heads(place, host, {**host_records.recall_heads(place, host), **sound})

@@ -130,9 +130,9 @@ class _Lab:
 
     def _of_fault(self, line: str) -> tuple[Deed, Deed]:
         from swarmctl.lab import lab as labs
-        from swarmctl.lab.faults import fault_words
+        from swarmctl.lab.faults import kinds
 
-        words = fault_words.read(line)
+        words = kinds.read(line)
         find = lab_targets.robots if words.kind.of_robots else lab_targets.hosts
         _, targets = find(self.spec, self.name, list(words.selections))
 

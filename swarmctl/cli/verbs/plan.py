@@ -9,14 +9,13 @@ import typer
 
 from swarmctl.cli import (
     console,
+    deploy_steps,
     exit_codes,
-    forgotten_lab,
     left_hosts,
     options,
     rollout_output,
     saved_plan,
     selected,
-    weakest,
 )
 from swarmctl.cli.where import Where, with_where
 
@@ -71,7 +70,7 @@ def plan(
                 wanted, targets, transport, diff=diff, parallel=where.parallel, secrets=secrets,
                 host_lists=lists,
             )  # fmt: skip
-    made = weakest.named(made, document)
+    made = deploy_steps.with_single_points(made, document)
     if saved:
         saved_plan.SavedPlan(where, saved_plan.hosts_of(made)).write(saved)
     left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab)
@@ -82,7 +81,7 @@ def plan(
         console.out().print(view.text(made))
         if not where.in_lab:
             kinds = [host.problem.kind for host in made.problems if host.problem]
-            forgotten_lab.guess("plan", where, swarm.name, kinds)
+            where.guess_lab("plan", swarm.name, kinds)
         _advise(made, where)
         rollout_output.warn_of_left_hosts(left, where)
     optional = {host.name for host in swarm.hosts.values() if host.optional}
@@ -91,7 +90,7 @@ def plan(
 
 def _advise(made: Plan, where: Where) -> None:
     """What comes after a plan: keys to pin, hosts to prepare, a deploy, or a look at the running swarm."""
-    from swarmctl.plan.preflight import PREPARE_INSTALLS
+    from swarmctl.plan.host_preparation import PREPARE_INSTALLS
 
     kinds = {host.problem.kind for host in made.problems if host.problem}
     if "host-key" in kinds and not where.in_lab:

@@ -7,16 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import (
-    console,
-    exit_codes,
-    forgotten_lab,
-    left_hosts,
-    options,
-    orphan_selection,
-    rollout_output,
-    selected,
-)
+from swarmctl.cli import console, exit_codes, left_hosts, options, rollout_output, selected
 from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
@@ -63,7 +54,7 @@ def remove(
         _read_lists(lists, targets, where)
     found_left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab) if orphans else ({}, [])
     if forget:
-        names = orphan_selection.chosen([*found_left[0], *found_left[1]], where.limit)
+        names = left_hosts.chosen([*found_left[0], *found_left[1]], where.limit)
         if not yes and not _confirmed(
             swarm.name, names, "Forget {swarm} on {hosts}, which keep what runs there?"
         ):
@@ -74,7 +65,7 @@ def remove(
     left: dict[str, LeftHost] = {}
     if orphans:
         known = None if where.in_lab else read_known_hosts(where.spec.first)
-        left = orphan_selection.to_contact(swarm, found_left, where.limit, known, yes=yes)
+        left = left_hosts.to_contact(swarm, found_left, where.limit, known, yes=yes)
         targets = where.targets(left_hosts.with_left(swarm, left))
     names = list(left) or selected.hosts(swarm.candidates, where.limit)
     if not yes and not _confirmed(swarm.name, names):
@@ -93,7 +84,7 @@ def remove(
             details=details, interrupted=stop.requested,
         )  # fmt: skip
     if not where.in_lab:
-        forgotten_lab.guess("remove", where, swarm.name, rollout_output.errors(found))
+        where.guess_lab("remove", swarm.name, rollout_output.errors(found))
     gone = [name for name, result in found.items() if isinstance(result, Removed)]
     if orphans and gone:
         _forget(lists, gone, targets, where)
@@ -107,7 +98,7 @@ def remove(
 
 def _read_lists(lists: HostLists, targets: Mapping[str, Target], where: Where) -> None:
     """Reads which hosts the hosts of the spec name."""
-    from swarmctl.deploy.host_list_updates import read_all
+    from swarmctl.deploy.host_lists import read_all
     from swarmctl.views.escape import printable
 
     errors = read_all(lists, targets.values(), where.transport, where.parallel)
@@ -126,7 +117,7 @@ def _forget(
     logged: bool = False,
 ) -> None:
     """Removes hosts from the lists of the others and from the journal; ``logged``: in the history, too."""
-    from swarmctl.deploy.host_list_updates import write_all_anew
+    from swarmctl.deploy.host_lists import write_all_anew
 
     wanted = lists.wanted((), lists.spec, names)
     hosts = lists.hosts if logged else lists.outdated(lists.hosts, wanted)

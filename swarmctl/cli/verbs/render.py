@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import fcntl
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,10 +16,101 @@ import typer
 
 from swarmctl.cli import console, file_writes, options, selected
 from swarmctl.cli.where import Where
+from swarmctl.yamltext.files import content
 
 if TYPE_CHECKING:
     from swarmctl.render.bundle import Bundle
     from swarmctl.swarm.resolved import Swarm
+
+
+_UNFINISHED = ".unfinished-"
+
+
+@contextmanager
+def locked(out: Path) -> Iterator[None]:
+    """Create ``out``, and keep other renders waiting until the end. Raises OSError."""
+    out.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(out, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def foreign_file(out: Path) -> Path | None:
+    """A file in ``out`` that no render wrote; None if there is none."""
+    return next((file for one in sorted(out.iterdir()) for file in _foreign(one)), None)
+
+
+def write(out: Path, bundles: Mapping[str, Bundle]) -> None:
+    """Write each host's folder to a temporary folder; then replace the old ones; foreign files stay.
+
+    Ends the program before the first change if a foreign file is in the way. Raises OSError.
+    """
+    with tempfile.TemporaryDirectory(prefix=_UNFINISHED, dir=out) as aside:
+        kept: list[tuple[Path, Path]] = []
+        for name, bundle in bundles.items():
+            fresh = Path(aside) / name
+            _write_one(fresh, bundle)
+            moves = [(file, fresh / file.relative_to(out / name)) for file in _foreign(out / name)]
+            for file, place in moves:
+                if place.exists():
+                    console.fail(
+                        f"{file} was not written by swarmctl render, which writes this file", "move it"
+                    )
+            kept += moves
+        for file, place in kept:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(file, place, follow_symlinks=False)
+        for name in bundles:
+            if (out / name).exists():
+                (out / name).rename(Path(aside) / f"{name}.old")
+            (Path(aside) / name).rename(out / name)
+
+
+def remove_gone(out: Path, wanted: Mapping[str, Bundle]) -> None:
+    """Remove what earlier renders wrote for hosts that the spec no longer has. Raises OSError."""
+    for one in out.iterdir():
+        if one.name.startswith(_UNFINISHED):
+            shutil.rmtree(one)
+        elif one.name not in wanted and (files := _rendered(one)) is not None:
+            for file in files:
+                file.unlink(missing_ok=True)
+            for folder, _, _ in os.walk(one, topdown=False):
+                if not os.listdir(folder):  # noqa: PTH208
+                    os.rmdir(folder)  # noqa: PTH106
+
+
+def _write_one(folder: Path, bundle: Bundle) -> None:
+    folder.mkdir()  # also of a host on which nothing of the swarm runs
+    for file in bundle.files:
+        path = folder / file.path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(file.content)
+        path.chmod(file.mode)
+    (folder / "manifest.json").write_bytes(bundle.manifest_bytes)
+
+
+def _foreign(path: Path) -> list[Path]:
+    """The files at or below ``path`` that no render wrote."""
+    if path.name.startswith(_UNFINISHED):
+        return []
+    if not path.is_dir():
+        return [path] if path.exists() else []
+    rendered = _rendered(path) or set()
+    return sorted(one for one in path.rglob("*") if not one.is_dir() and one not in rendered)
+
+
+def _rendered(folder: Path) -> set[Path] | None:
+    """The files that the manifest in ``folder`` lists; None if it is not the folder of a host."""
+    try:
+        manifest = json.loads(content(folder / "manifest.json"))
+    except (OSError, ValueError):
+        return None
+    if not isinstance(manifest, dict) or manifest.get("host") != folder.name:
+        return None
+    return {folder / path for path in (*manifest.get("files", ()), "manifest.json")}
 
 
 def render(
@@ -35,7 +132,6 @@ def render(
 
     Without --host, folders of hosts that are no longer in the spec are removed.
     """
-    from swarmctl.cli import render_folder
     from swarmctl.render.build_bundle import bundles
     from swarmctl.views.sbom import cyclonedx
 
@@ -47,15 +143,15 @@ def render(
     if sbom is not None and sbom.resolve().is_relative_to(out.resolve()):
         console.fail(f"{sbom} is in the folder of the releases, {out}", "choose a FILE beside it")
     try:
-        with render_folder.locked(out):
-            if not force and (foreign := render_folder.foreign_file(out)) is not None:
+        with locked(out):
+            if not force and (foreign := foreign_file(out)) is not None:
                 console.fail(
                     f"{foreign} was not written by swarmctl render",
                     "choose an empty --out, or use --force to keep it there",
                 )
-            render_folder.write(out, named)
+            write(out, named)
             if not host:
-                render_folder.remove_gone(out, wanted)
+                remove_gone(out, wanted)
     except OSError as error:
         console.fail(console.cannot_write(error, out), "choose another --out")
     if sbom is not None:

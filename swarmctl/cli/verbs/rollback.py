@@ -6,15 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import (
-    console,
-    deploy_steps,
-    exit_codes,
-    forgotten_lab,
-    options,
-    rollout_output,
-    selected,
-)
+from swarmctl.cli import console, deploy_steps, exit_codes, options, rollout_output, selected
 from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
@@ -43,7 +35,7 @@ def rollback(
     json: options.Json = False,
 ) -> None:
     """Bring hosts back to the releases that they had before the last run. They need no file from here."""
-    from swarmctl.deploy.deploy_rules import Rules
+    from swarmctl.deploy.outcome import Rules
     from swarmctl.deploy.rollback import Rollback
     from swarmctl.plan.robots_in_use import Dependents
     from swarmctl.plan.waves import order
@@ -83,7 +75,7 @@ def rollback(
         listing = where.command("history")
         console.fail(f"nothing was changed: {going_back.problem}", f"`{listing}` lists the runs")
     if not where.in_lab:
-        forgotten_lab.guess("rollback", where, swarm.name, rollout_output.errors(found))
+        where.guess_lab("rollback", swarm.name, rollout_output.errors(found))
     if not json and code == exit_codes.OK:
         console.show("note: the spec is as it was: a deploy brings its release again", error=True)
         where.advise("status")

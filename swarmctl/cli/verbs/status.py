@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, swarm_look
+from swarmctl.cli import console, exit_codes, next_command, options, swarm_look
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.cli.where import Where, with_where
 
@@ -94,7 +94,7 @@ def status(
             _show_stand_ins(where.lab_of(seen.swarm))
         else:
             kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
-            forgotten_lab.guess("status", where, seen.swarm, kinds)
+            where.guess_lab("status", seen.swarm, kinds)
         _advise(seen, where)
     _write(look, junit, metrics)
     raise typer.Exit(exit_codes.OK if wait and goal.reached(seen) else _exit(seen))

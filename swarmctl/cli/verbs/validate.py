@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from swarmctl.cli import console, exit_codes, finding_output, next_command, options
-from swarmctl.cli import fix_output as fixes
+from swarmctl.cli import finding_output as fixes
 from swarmctl.cli.spec_fixes import checked
 
 

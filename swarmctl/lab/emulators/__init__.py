@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from swarmctl.lab.emulators.arduino_rover import ArduinoRover
-from swarmctl.lab.emulators.differential_drive import Chassis
+from swarmctl.lab.emulators.differential_drive import Chassis, Sensor, Wall, distance
 from swarmctl.lab.emulators.emulator_settings import build
 from swarmctl.lab.emulators.epuck import EPuck
 from swarmctl.lab.emulators.epuck2 import EPuck2
@@ -17,7 +17,6 @@ from swarmctl.lab.emulators.fault_script import play, read_script
 from swarmctl.lab.emulators.khepera3 import Khepera3
 from swarmctl.lab.emulators.koala import Koala
 from swarmctl.lab.emulators.koala25 import Koala25
-from swarmctl.lab.emulators.obstacles import Sensor, Wall, distance
 from swarmctl.lab.emulators.robot import LineRobot, Robot, State, reply
 from swarmctl.lab.emulators.virtual_time import VirtualPort
 

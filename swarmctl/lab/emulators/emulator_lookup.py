@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.lab.emulators import TYPES, Robot
-from swarmctl.lab.emulators.silent_robot import SilentRobot
-from swarmctl.lab.emulators.simulated_boards import BOARD_SUFFIX, read_board
+from swarmctl.lab.emulators.arduino_rover import BOARD_SUFFIX, read_board
+from swarmctl.lab.emulators.robot import SilentRobot
 from swarmctl.lab.emulators.user_robot import build_user_robot, load_robot_class
 
 EMULATED_AS = {"epuck-binary": "epuck"}  # types that are another protocol of the same robot

@@ -7,10 +7,9 @@ import struct
 from collections.abc import Callable, Mapping
 from typing import ClassVar
 
-from swarmctl.lab.emulators.differential_drive import wrap
+from swarmctl.lab.emulators.differential_drive import Sensor, distance, wrap
 from swarmctl.lab.emulators.epuck_body import RING, EPuckBody
 from swarmctl.lab.emulators.epuck_commands import BINARIES, PAYLOADS, TEXTS, WELCOME, low16
-from swarmctl.lab.emulators.obstacles import Sensor, distance
 from swarmctl.lab.emulators.robot import reply
 
 OVER_BLUETOOTH, OVER_USB = 3, 8

@@ -7,8 +7,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
-from swarmctl.lab.emulators.differential_drive import Chassis, clamp, wrap
-from swarmctl.lab.emulators.obstacles import Sensor, distance
+from swarmctl.lab.emulators.differential_drive import Chassis, Sensor, clamp, distance, wrap
 from swarmctl.lab.emulators.robot import Robot, reply
 from swarmctl.lab.emulators.sercom import Binary, End, Reader, Text, scan
 

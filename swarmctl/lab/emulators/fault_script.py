@@ -13,8 +13,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from swarmctl.diagnostics import Diagnostic, has_errors
 from swarmctl.field_types import Model
+from swarmctl.lab.emulators.differential_drive import Wall
 from swarmctl.lab.emulators.emulator_settings import change
-from swarmctl.lab.emulators.obstacles import Wall
 from swarmctl.lab.emulators.robot import Robot
 from swarmctl.lab.emulators.serial_faults import Faults
 from swarmctl.spec.validation import validated

@@ -9,8 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from swarmctl.lab.emulators.differential_drive import Chassis, clamp, wrap
-from swarmctl.lab.emulators.obstacles import Sensor, distance
+from swarmctl.lab.emulators.differential_drive import Chassis, Sensor, clamp, distance, wrap
 from swarmctl.lab.emulators.robot import LineRobot, reply
 
 WHEEL_DIAMETER = 0.041

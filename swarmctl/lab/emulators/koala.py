@@ -3,12 +3,28 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable, Mapping
 from typing import ClassVar
 
-from swarmctl.lab.emulators.differential_drive import Chassis, Wheel, clamp
-from swarmctl.lab.emulators.kteam import Handlers, answered
-from swarmctl.lab.emulators.obstacles import Sensor, distance
+from swarmctl.lab.emulators.differential_drive import Chassis, Sensor, Wheel, clamp, distance
 from swarmctl.lab.emulators.robot import LineRobot, reply
+
+NUMBER = re.compile(r"[+-]?[0-9]{1,10}")
+
+Handlers = Mapping[str, tuple[int, Callable[..., bytes]]]  # by letter: the count of numbers, and the function
+
+
+def answered(handlers: Handlers, line: str, refusal: bytes) -> bytes:
+    """Returns the reply to a line; ``refusal`` if letter, count or numbers are wrong."""
+    letter, *fields = line.split(",")
+    if letter not in handlers:
+        return refusal
+    arity, handler = handlers[letter]
+    if len(fields) != arity or not all(NUMBER.fullmatch(field) for field in fields):
+        return refusal
+    return handler(*map(int, fields))
+
 
 METRES_PER_PULSE = 0.045e-3
 SPEED_UNIT = 4.5e-3  # one pulse per 10 ms, in m/s

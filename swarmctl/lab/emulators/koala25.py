@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable
 from typing import ClassVar
 
-from swarmctl.lab.emulators.differential_drive import Chassis, clamp
-from swarmctl.lab.emulators.kteam import Handlers, answered
-from swarmctl.lab.emulators.obstacles import Sensor, distance
+from swarmctl.lab.emulators.differential_drive import Chassis, Sensor, clamp, distance
+from swarmctl.lab.emulators.koala import Handlers, answered
 from swarmctl.lab.emulators.robot import LineRobot, reply
 
 METRES_PER_PULSE = math.pi * 0.0825 / 23_400

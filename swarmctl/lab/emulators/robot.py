@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import ClassVar, Protocol, runtime_checkable
 
-from swarmctl.lab.emulators.differential_drive import Chassis
-from swarmctl.lab.emulators.obstacles import Wall, ripple
+from swarmctl.lab.emulators.differential_drive import Chassis, Wall, ripple
 from swarmctl.lab.emulators.serial_faults import Faults
 
 TERMINATORS = b"\r\n"
@@ -216,3 +215,15 @@ class LineRobot(Robot):
 def reply(letter: str, *values: int | str, end: bytes = b"\r\n") -> bytes:
     """Returns ``letter`` and its values, separated by commas."""
     return ",".join([letter, *map(str, values)]).encode("ascii") + end
+
+
+class SilentRobot(Robot):
+    """Takes every byte and stands still."""
+
+    type_name = "silent"
+
+    def __init__(self) -> None:
+        super().__init__(Chassis(wheel_separation=1.0, metres_per_count=1.0, counter_bits=32))
+
+    def replies(self, data: bytes) -> list[bytes]:
+        return []

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.lab.driver_stand_ins import StandIn
+from swarmctl.lab.driver_stand_ins import files as stand_ins_files
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts.containers import packages_of
 from swarmctl.lab.hosts.processes import run
 from swarmctl.lab.lab_plan import LabHost, Workspace
 from swarmctl.lab.paths import HostPaths
-from swarmctl.lab.stand_in_files import files as stand_ins_files
 
 Aliases = Sequence[tuple[str, str]]  # names with their addresses
 

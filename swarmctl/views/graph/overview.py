@@ -11,7 +11,7 @@ from rich.text import Text
 from swarmctl.analysis.diagram import Diagram, Edge, Node
 from swarmctl.views.equal_hosts import FEW, grouped
 from swarmctl.views.escape import printable
-from swarmctl.views.graph.impact import NUMBER
+from swarmctl.views.graph.analyses import NUMBER
 from swarmctl.yamltext import hostlist
 
 _BESIDE = ("network", "commands", "data")  # edges of a host that lead to no robot or program of it

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from swarmctl.lab.emulators import emulator
-from swarmctl.lab.emulators.obstacles import Wall
+from swarmctl.lab.emulators.differential_drive import Wall
 
 ERROR = b"z,Protocol error\r\n"
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmctl.lab.emulators import TYPES, Robot, emulator
-from swarmctl.lab.emulators.obstacles import Sensor, Wall, distance
+from swarmctl.lab.emulators.differential_drive import Sensor, Wall, distance
 
 robots = st.sampled_from(
     [

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.lab.emulators import Robot, emulator
-from swarmctl.lab.emulators.rosserial_frames import Parser, Topic, frame, log, topic_info
+from swarmctl.lab.emulators.rosserial_device import Parser, Topic, frame, log, topic_info
 from swarmctl.lab.emulators.serial_faults import Faults
 from swarmctl.lab.emulators.serial_robot import Port
 from tests.timing import PATIENCE

@@ -11,7 +11,7 @@ import math
 import pytest
 from swarm_onboard.driver import readings
 
-from swarmctl.lab.emulators.obstacles import Wall
+from swarmctl.lab.emulators.differential_drive import Wall
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.spec.catalog import load_catalog
 from tests.onboard.driver.emulated_robots import Emulated

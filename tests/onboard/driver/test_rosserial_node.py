@@ -7,8 +7,7 @@ import struct
 import pytest
 
 from swarmctl.lab.emulators.arduino_rover import BUFFER, PUBLISHERS, SLOTS, SUBSCRIBERS, ArduinoRover
-from swarmctl.lab.emulators.rosserial_device import Device
-from swarmctl.lab.emulators.rosserial_frames import Message, Topic
+from swarmctl.lab.emulators.rosserial_device import Device, Message, Topic
 from swarmctl.lab.emulators.serial_faults import Faults
 from tests.onboard.driver.driver_process import running, wired
 from tests.timing import wait_for

@@ -1,11 +1,13 @@
-"""Faults of a host's network: cables, packets that are lost, bandwidth, multicast."""
+"""Faults of a host: of its network, its power and its system."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
+from swarmctl.lab.errors import LabError
 from swarmctl.lab.faults.fault_kind import FaultKind, FaultOption, RunningLab, scripted
 from swarmctl.lab.hosts import network
 from swarmctl.lab.hosts.processes import run
@@ -13,6 +15,7 @@ from swarmctl.lab.hosts.processes import run
 if TYPE_CHECKING:
     from swarmctl.lab.lab_plan import LabPlan
     from swarmctl.lab.paths import LabPaths
+
 
 _BUCKET = ("burst", "8kb", "latency", "400ms")  # more than a packet of 1 500 B fits, and none waits for ever
 # Neighbours of IPv6 are found by multicast: without them there is no network at all.
@@ -127,4 +130,125 @@ NO_MULTICAST = scripted(
     lambda _: no_multicast_script(),
     _rules("lab_multicast"),
     outcome=lambda _: "no multicast",
+)
+
+
+REBOOT_SCRIPT = "systemctl --no-block reboot"
+
+
+def _reboot(lab: RunningLab, host: str, _: Any) -> str:
+    boots = lab.hosts()[lab.plan.host(host).name]["boots"]
+    lab.in_host(host, REBOOT_SCRIPT)
+    _until(lambda: lab.hosts()[host]["boots"] > boots, f"host {host} does not reboot")
+    return "boots again"
+
+
+def power_off(lab: RunningLab, host: str, _: Any = None) -> str:
+    """Cuts a host's power and waits until it has stopped. Its disk is kept. Raises ``LabError``."""
+    lab.ask("kill", lab.plan.host(host).name)
+    _until(lambda: lab.hosts()[host]["state"] == "stopped", f"host {host} does not stop")
+    return "power off"
+
+
+def power_on(lab: RunningLab, hosts: Sequence[str]) -> None:
+    """Starts those hosts that are off, and waits until systemd runs on all. Raises ``LabError``."""
+    state = lab.hosts()
+    for host in hosts:
+        if state[host]["state"] == "stopped":
+            lab.ask("start", host)
+
+    def run() -> bool:
+        found = lab.hosts()
+        return all(found[host]["state"] == "running" or not found[host]["wanted"] for host in hosts)
+
+    _until(run, "a host does not start")
+
+
+def _until(condition: Callable[[], bool], complaint: str) -> None:
+    from swarmctl.lab.preparation import BOOT_TIMEOUT  # noqa: PLC0415  (large)
+
+    deadline = time.monotonic() + BOOT_TIMEOUT
+    while not condition():
+        if time.monotonic() > deadline:
+            raise LabError(complaint)
+        time.sleep(0.02)
+
+
+REBOOT = FaultKind("reboot", "Reboot hosts.", _reboot, power_on)
+POWER_OFF = FaultKind("power-off", "Cut the power of hosts; their disks stay.", power_off, power_on)
+
+
+PLACE = "/opt/swarm"
+# Every Python loads it when it starts, also with -I and -S, as the agent of swarmctl does.
+_LOADED = "/usr/lib/python3.*/encodings/__init__.py"
+_MARK = "# a fault of the lab"
+
+
+def step(text: str) -> float:
+    """Reads by how many seconds a clock is ahead; negative: behind."""
+    if not re.fullmatch(r"[-+]?\d+(\.\d+)?", text) or not float(text):
+        raise ValueError("write seconds, such as 5 or -0.5")
+    return float(text)
+
+
+END_OF_CLOCK = f"sed -i '/{_MARK}$/d' {_LOADED}"
+END_OF_MOUNT = f"while mountpoint -q {PLACE}; do umount --lazy {PLACE}; done"
+
+
+def clock_script(seconds: float) -> str:
+    """Returns the script after which new Python processes of a host see its clock ``seconds`` ahead."""
+    ahead = "time.{0} = (lambda now: lambda: now() + {1})(time.{0})"
+    code = f"import time; {ahead.format('time', seconds)}; {ahead.format('time_ns', int(seconds * 1e9))}"
+    return f"{END_OF_CLOCK}\nsed -i '$ a {code}  {_MARK}' {_LOADED}"
+
+
+def full_script() -> str:
+    """Returns the script that moves a copy of ``PLACE`` in front of it, on a file system without space."""
+    return f"""\
+set -e
+{END_OF_MOUNT}
+mkdir -p {PLACE} /run/lab-full
+size=$(($(du -sk {PLACE} | cut -f1) + 1024))
+mount -t tmpfs -o mode=755,size=${{size}}k lab-full /run/lab-full
+cp -a {PLACE}/. /run/lab-full
+mount --bind /run/lab-full {PLACE}
+umount /run/lab-full
+dd if=/dev/zero of={PLACE}/lab-full bs=64k 2>/dev/null || true"""
+
+
+def read_only_script() -> str:
+    """Returns the script that makes ``PLACE`` read-only."""
+    return f"""\
+set -e
+{END_OF_MOUNT}
+mkdir -p {PLACE}
+mount --bind {PLACE} {PLACE}
+mount -o remount,bind,ro {PLACE}"""
+
+
+def _clock_outcome(seconds: Any) -> str:
+    return f"new Python processes see its clock {abs(seconds):g} s {'ahead' if seconds > 0 else 'behind'}"
+
+
+CLOCK = scripted(
+    "clock",
+    "Step the clock of hosts for Python processes that start from now on; hosts share the machine's own.",
+    clock_script,
+    END_OF_CLOCK,
+    outcome=_clock_outcome,
+    option=FaultOption("step", "SECONDS", "How far the clock is ahead; behind, if negative.", step),
+)
+DISK_FULL = scripted(
+    "disk-full",
+    f"Fill the file system of {PLACE} on hosts. What is written there meanwhile is lost in the end.",
+    lambda _: full_script(),
+    END_OF_MOUNT,
+    outcome=lambda _: f"{PLACE} is full",
+)
+READ_ONLY = scripted(
+    "read-only",
+    f"Make {PLACE} read-only on hosts.",
+    lambda _: read_only_script(),
+    END_OF_MOUNT,
+    outcome=lambda _: f"{PLACE} is read-only",
 )
