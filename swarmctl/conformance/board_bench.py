@@ -9,11 +9,10 @@ from collections import defaultdict
 from collections.abc import Callable
 
 from swarm_onboard.driver.config import Config
-from swarm_onboard.driver.kinematics import Odometry, Pose, within_limits
+from swarm_onboard.driver.kinematics import Odometry, Pose, Wheels, within_limits
 from swarm_onboard.driver.link import BytePort, LinkLostError
 from swarm_onboard.driver.protocols import RosserialProtocol
 from swarm_onboard.driver.rosserial_robot import COMMAND
-from swarm_onboard.driver.wheels import Wheels
 from swarm_onboard.rosserial import frames
 from swarm_onboard.rosserial.conversation import (
     GREETING,

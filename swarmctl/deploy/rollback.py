@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from swarm_onboard.agent.kept_state import State
+from swarm_onboard.agent.record import State
 from swarm_onboard.agent.steps import Step
 from swarm_onboard.agent.verbs import history, rollback
 

@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import Any
 
 from swarm_onboard.agent.audit import ChangeEntry
-from swarm_onboard.agent.kept_state import State
+from swarm_onboard.agent.record import State
 from swarm_onboard.agent.verbs import history
 
 from swarmctl.yamltext import hostlist

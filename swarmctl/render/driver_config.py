@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from swarm_onboard.driver import live_values
-from swarm_onboard.driver.shown_params import shown_params
+from swarm_onboard.driver.live_values import shown_params
 
 from swarmctl.render import sketch
 from swarmctl.render.yaml_params import entries, file_of

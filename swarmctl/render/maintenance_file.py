@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from swarm_onboard.agent.maintenance_terms import FILE
+from swarm_onboard.agent.motion_gate import TERMS_FILE
 
 from swarmctl.render.bundle import File, Part
 from swarmctl.swarm.resolved import Host, Swarm
@@ -24,4 +24,4 @@ def part(swarm: Swarm, host: Host) -> Part:
     if not terms:
         return Part()
     content = json.dumps(terms, sort_keys=True, indent=1) + "\n"
-    return Part(files=(File(FILE, content.encode(), origin="maintenance"),))
+    return Part(files=(File(TERMS_FILE, content.encode(), origin="maintenance"),))

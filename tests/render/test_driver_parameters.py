@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import yaml
-from swarm_onboard.driver.shown_params import shown_params
+from swarm_onboard.driver.live_values import shown_params
 
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.driver_config import params_path, set_parameters

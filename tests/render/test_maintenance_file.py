@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from swarm_onboard.agent import maintenance_terms
-from swarm_onboard.agent.maintenance_terms import Terms
+from swarm_onboard.agent import motion_gate
+from swarm_onboard.agent.motion_gate import Terms
 from swarm_onboard.agent.release_store import home_of
 
 from swarmctl.render.bundle import Bundle
@@ -26,10 +26,10 @@ def read_back(made: Bundle, prefix: Path, monkeypatch: pytest.MonkeyPatch) -> di
     monkeypatch.setenv("SWARM_PREFIX", str(prefix))
     home = home_of(made.swarm)
     for file in made.files:
-        if file.path == maintenance_terms.FILE:
+        if file.path == motion_gate.TERMS_FILE:
             Path(home.current_link).mkdir(parents=True)
             Path(home.current_link, file.path).write_bytes(file.content)
-    return maintenance_terms.terms(home)
+    return motion_gate.terms_of(home)
 
 
 @pytest.mark.parametrize(

@@ -207,7 +207,7 @@ def test_an_installed_package_brings_its_probe(tmp_path: Path, installed: Path) 
     assert probe.folder == installed
     with zipfile.ZipFile(io.BytesIO(agent(("probe",), probe).archive)) as archive:
         names = set(archive.namelist())
-        assert {"pebble_probe/observe.py", "pebble_probe/daemon.py", "swarm_onboard/agent/clip.py"} <= names
+        assert {"pebble_probe/observe.py", "pebble_probe/daemon.py", "swarm_onboard/agent/texts.py"} <= names
     assert not [
         name for name in names if name.startswith(("swarm_onboard/ros1_probe", "swarm_onboard/common/xmlrpc"))
     ]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_onboard.agent.blocks import having, text_in, without
 from swarm_onboard.agent.errors import RefusedError
+from swarm_onboard.agent.system_links import having, text_in, without
 
 LINES = st.lists(
     st.sampled_from(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent import image_pulls
+from swarm_onboard.agent import images
 from swarm_onboard.agent.errors import RefusedError
 
 DIGEST = "sha256:" + "1" * 64
@@ -38,7 +38,7 @@ def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Engine:
 def pulled(*targets: str) -> list[str]:
     """The notes of a pull."""
     notes: list[str] = []
-    image_pulls.pull_all(targets, notes.append)
+    images.pull_all(targets, notes.append)
     return notes
 
 
@@ -62,10 +62,10 @@ def test_the_size_is_that_of_the_image_for_this_machine() -> None:
             {"digest": "sha256:b", "platform": {"architecture": "arm64", "os": "linux"}},
         ]
     }
-    assert image_pulls.digest_for(listed, "aarch64") == "sha256:b"
-    assert image_pulls.size_of({"layers": [{"size": 3}, {"size": 4}, {"size": "x"}, 1]}) == 7
+    assert images.digest_for(listed, "aarch64") == "sha256:b"
+    assert images.size_of({"layers": [{"size": 3}, {"size": 4}, {"size": "x"}, 1]}) == 7
     for odd in (None, [], {"manifests": 1, "layers": {}}, {"manifests": [None, {"platform": 2}]}):
-        assert (image_pulls.digest_for(odd, "x86_64"), image_pulls.size_of(odd)) == ("", 0)
+        assert (images.digest_for(odd, "x86_64"), images.size_of(odd)) == ("", 0)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from swarm_onboard.agent import json_text
 from swarm_onboard.agent.named_tuple import NamedTuple
-from swarm_onboard.agent.names import is_name
+from swarm_onboard.agent.texts import is_name
 
 from tests.onboard.agent.fakehost import BOOT, FakeHost, bundle
 from tests.timing import PATIENCE

@@ -16,12 +16,11 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_onboard.command import command_log, command_spans
+from swarm_onboard.command import command_log
 from swarm_onboard.command.authority import Authority, Commander, Sender
 from swarm_onboard.command.command_gate import CommandGate
-from swarm_onboard.command.command_log import CommandLog, RecordFile
+from swarm_onboard.command.command_log import GAP, MOST, By, CommandLog, CommandSpans, RecordFile
 from swarm_onboard.command.command_mailbox import CommandMailbox
-from swarm_onboard.command.command_spans import GAP, MOST, By, CommandSpans
 from swarm_onboard.common.record_chain import FILE, OLDER
 
 from swarmctl.plan.command_history import Span, Start, read
@@ -80,7 +79,7 @@ def test_a_span_and_the_start_are_recorded(tmp_path: Path) -> None:
 
 
 def test_an_end_is_written_while_nobody_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command_spans, "GAP", 0.01)
+    monkeypatch.setattr(command_log, "GAP", 0.01)
     log = CommandLog(tmp_path, STARTED)
     log.admitted("laptop", JOY)
     wait_for(lambda: '"ended"' in text_of(tmp_path))

@@ -6,8 +6,8 @@ import asyncio
 import socket
 
 import pytest
-from swarm_onboard.common.publication import Publication
 from swarm_onboard.common.slave import SlaveApi
+from swarm_onboard.common.tcpros import Publication
 
 SERVERS = {
     "slave API": SlaveApi,

@@ -9,8 +9,7 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
-from swarm_onboard.common.publication import Publication
-from swarm_onboard.common.tcpros import packed, read_header
+from swarm_onboard.common.tcpros import Publication, packed, read_header
 
 HEADER = packed({"callerid": "/test", "topic": "/topic", "md5sum": "*", "type": "*"})
 IMAGE = bytes(16 << 20)
@@ -67,7 +66,7 @@ def test_a_busy_subscriber_gets_its_image_and_misses_the_next() -> None:
 
 
 def test_a_subscriber_that_takes_nothing_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("swarm_onboard.common.publication._PATIENCE", 0.0)
+    monkeypatch.setattr("swarm_onboard.common.tcpros._PATIENCE", 0.0)
 
     async def hangs() -> None:
         one = publication()

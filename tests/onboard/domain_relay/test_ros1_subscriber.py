@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 from swarm_onboard.common import slave
-from swarm_onboard.common.publication import Publication
 from swarm_onboard.common.slave import SlaveApi
-from swarm_onboard.common.tcpros import counted
+from swarm_onboard.common.tcpros import Publication, counted
 from swarm_onboard.common.xmlrpc import PeerError
 from swarm_onboard.domain_relay.ros1_subscriber import LARGEST_MESSAGE, Frames, Subscription
 from swarm_onboard.multimaster.graph import Entry

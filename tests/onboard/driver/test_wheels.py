@@ -5,9 +5,8 @@ from __future__ import annotations
 import struct
 
 import pytest
-from swarm_onboard.driver.kinematics import Odometry
+from swarm_onboard.driver.kinematics import Odometry, Wheels
 from swarm_onboard.driver.protocols import RosserialProtocol
-from swarm_onboard.driver.wheels import Wheels
 from swarm_onboard.rosserial.topics import Topic
 
 from tests.onboard.driver.fakes import config_for

@@ -19,9 +19,8 @@ from swarm_onboard.command.report import Level
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.gate.config import Config
 from swarm_onboard.gate.gate import Gate, run
-from swarm_onboard.gate.messages import zero
-from swarm_onboard.gate.motion import Motion
-from swarm_onboard.gate.odometry import OdometryWatch, Reading
+from swarm_onboard.gate.motion import Motion, zero
+from swarm_onboard.gate.robot_state import OdometryWatch, Reading
 from swarm_onboard.gate.wiring import Wiring, wiring_of, without_ended
 
 CONFIG = Config(

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from swarm_onboard.gate.odometry import OdometryWatch, Reading
+from swarm_onboard.gate.robot_state import OdometryWatch, Reading
 
 RATE = 20.0  # Hz
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 from swarm_onboard.gate.gate import Gate
-from swarm_onboard.gate.power import PowerWatch
+from swarm_onboard.gate.robot_state import PowerWatch
 
 from tests.onboard.gate.test_gate import CONFIG, Bench
 

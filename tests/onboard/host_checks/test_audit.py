@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent import audit, closing, record
+from swarm_onboard.agent import audit, record, transaction
 from swarm_onboard.agent.record import Record
 from swarm_onboard.agent.release_store import Home
 from swarm_onboard.host_checks.audit import judge, observe
@@ -24,7 +24,7 @@ def host(folder: Path) -> Home:
 def deployed(home: Home, release: str, txid: str) -> None:
     Path(home.release(release)).mkdir(exist_ok=True)
     before = record.read(home)
-    closing.keep(
+    transaction.keep_change(
         home, Record(txid=txid, who="ann@desk", previous=before.next, next=release, history=before.history)
     )
 

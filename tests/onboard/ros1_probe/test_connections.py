@@ -51,7 +51,7 @@ def two_nodes(of_driver: Bus, of_pilot: Bus) -> Iterator[FakeRos]:
 def looked(fake: FakeRos, advertised: str = "127.0.0.1") -> list[UnconnectedSeen]:
     with served(fake.functions()) as master:
         request = Request("new", "", master=master, advertised=advertised, inputs=[COMMAND])
-        return asyncio.run(connections.unconnected(request, (fake.publishers, fake.subscribers)))
+        return asyncio.run(connections.without_connection(request, (fake.publishers, fake.subscribers)))
 
 
 TO_PILOT, TO_DRIVER = connection("PILOT"), connection("/k3/driver", connected=1)

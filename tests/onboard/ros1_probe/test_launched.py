@@ -20,7 +20,7 @@ from swarm_onboard.agent.observations import EndedSeen
 from swarm_onboard.agent.processes import Process
 from swarm_onboard.agent.unit_journal import Message
 from swarm_onboard.agent.verbs.probe import Answer, Request
-from swarm_onboard.ros1_probe import launched, name_conflicts, observe
+from swarm_onboard.ros1_probe import launched, nodes, observe
 
 from tests.onboard.agent.fakehost import RUNS
 from tests.onboard.ros1_probe.ros_fakes import FakeRos, peer, publishing, served, slave
@@ -184,7 +184,7 @@ def test_a_node_ended_by_its_namesake_is_counted(text: str) -> None:
         Message(now - 20, text),
         Message(now, "shutdown request: [/b] Reason: x"),
     ]
-    found = name_conflicts.conflicts_in(lines, now)
+    found = nodes.conflicts_in(lines, now)
     assert found == {"/lab/scan": (2, pytest.approx(20))}
 
 

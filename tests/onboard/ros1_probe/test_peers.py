@@ -13,7 +13,7 @@ import pytest
 from swarm_onboard.agent.observations import PeerSeen
 from swarm_onboard.agent.verbs.probe import Request
 from swarm_onboard.common.xmlrpc import PeerError
-from swarm_onboard.ros1_probe import client, peers
+from swarm_onboard.ros1_probe import client, connections
 
 from tests.onboard.ros1_probe.ros_fakes import FakeRos, peer, received_header, served, slave
 from tests.timing import PATIENCE
@@ -25,7 +25,7 @@ def looked(fake: FakeRos, **other: Any) -> dict[str, PeerSeen]:
     found: dict[str, PeerSeen] = {}
 
     async def look(request: Request) -> None:
-        async for part in peers.look(request):
+        async for part in connections.look(request):
             found.update(part.get("peers", {}))
 
     with served(fake.functions()) as master:

@@ -6,10 +6,10 @@ import os
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent.environment_file import variables_in
 from swarm_onboard.agent.errors import FailedError
+from swarm_onboard.agent.process_environment import variables_in
 from swarm_onboard.agent.verbs.probe import Answer
-from swarm_onboard.ros2_probe import child_environment, look, observe
+from swarm_onboard.ros2_probe import look, observe
 
 from swarmctl.resources import templates
 from tests.onboard.ros2_probe.test_endpoints import request
@@ -72,13 +72,13 @@ def test_what_it_prints_is_the_answer(host: Path) -> None:
 def test_it_sees_the_whole_graph_without_shared_memory(tmp_path: Path) -> None:
     release = variables_in('A="x \\"y\\""\n# no\nROS_DISCOVERY_SERVER="10.0.0.1:11811;10.0.0.2:11811"\n')
     assert release == {"A": 'x "y"', "ROS_DISCOVERY_SERVER": "10.0.0.1:11811;10.0.0.2:11811"}
-    found = child_environment.of_child(release, str(tmp_path))
+    found = observe.of_child(release, str(tmp_path))
     assert (found["ROS_SUPER_CLIENT"], found["FASTDDS_BUILTIN_TRANSPORTS"]) == ("TRUE", "UDPv4")
-    assert "ROS_SUPER_CLIENT" not in child_environment.of_child({}, str(tmp_path))
+    assert "ROS_SUPER_CLIENT" not in observe.of_child({}, str(tmp_path))
     (tmp_path / "env").mkdir()
-    file = tmp_path / child_environment.SUPER_CLIENT
+    file = tmp_path / observe.SUPER_CLIENT
     file.touch()
-    assert child_environment.of_child(release, str(tmp_path))["FASTRTPS_DEFAULT_PROFILES_FILE"] == str(file)
+    assert observe.of_child(release, str(tmp_path))["FASTRTPS_DEFAULT_PROFILES_FILE"] == str(file)
 
 
 def test_the_child_runs_as_who_owns_the_workspace_and_never_as_root(

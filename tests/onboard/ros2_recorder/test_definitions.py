@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from swarm_onboard.ros2_recorder.definitions import definition
+from swarm_onboard.ros2_recorder.bag_files import definition
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 KINDS = (

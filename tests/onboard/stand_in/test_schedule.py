@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from swarm_onboard.stand_in.schedule import STEP, Schedule
+from swarm_onboard.stand_in.body import STEP, Schedule
 
 
 def sent(rates: list[float], seconds: float, late: float = 0.0002) -> list[int]:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from swarm_onboard.common.systemd import WAITS
-from swarm_onboard.teleop.fanout import STOP, ZEROS, Fanout, Twist
+from swarm_onboard.teleop.driving import STOP, ZEROS, Fanout, Twist
 from swarm_onboard.teleop.gamepad import LET_GO, READY, Hand, Pad, Settings, look, noticed
 
 from swarmctl.spec.catalog import shipped

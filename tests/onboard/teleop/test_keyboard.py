@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_onboard.teleop.fanout import Twist
+from swarm_onboard.teleop.driving import Twist
 from swarm_onboard.teleop.keyboard import BURST, MOVES, Keys, Settings, decoded, line, pressed
 
 from swarmctl.spec.catalog import shipped

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from swarm_onboard.teleop.fanout import ZEROS
+from swarm_onboard.teleop.driving import ZEROS
 
 from tests.onboard.teleop.teleop_process import (
     DEADMAN,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.observations import GraphSeen, NodeSeen, Report, SenderSeen, TopicSeen
+from swarm_onboard.agent.texts import clipped
 
 from . import daemon
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from . import blocks, files, system_links
+from . import files, system_links
 from .errors import RefusedError
 from .manifest import NAME, Manifest
 from .named_tuple import NamedTuple
@@ -100,7 +100,7 @@ def _edited(home: Home, digest: str, manifest: Manifest, known: Drift) -> Iterat
             yield path, content
     for path, change in known.blocks.items():
         if change == "changed":
-            text = blocks.text_in(files.read(home.outside(path)) or b"", home.swarm)
+            text = system_links.text_in(files.read(home.outside(path)) or b"", home.swarm)
             if text is not None:
                 yield path, text
 

@@ -9,8 +9,8 @@ from . import json_text
 from .errors import RefusedError
 from .files import digest_of
 from .named_tuple import NamedTuple
-from .names import is_name
 from .paths import BLOCK_FILES, LINK_FOLDERS
+from .texts import is_name
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

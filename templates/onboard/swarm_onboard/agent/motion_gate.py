@@ -1,17 +1,87 @@
-"""Keeps a change from robots in use, or whose terms of maintenance do not hold, or stops them first."""
+"""Keeps a change from robots in use, or whose terms of maintenance do not hold, or stops them first.
+
+Those of the release that runs count. A term that nobody measures does not hold.
+"""
 
 from __future__ import annotations
 
+import os
 import time
 
-from . import maintenance_terms, robot_motion, stop_latches
+from . import files, robot_motion, stop_latches
 from .errors import RefusedError
 from .named_tuple import NamedTuple
 from .release_store import Home
 
 TYPE_CHECKING = False
+
 if TYPE_CHECKING:
-    from typing import Any, Callable, Iterable, Mapping
+    from typing import Any, Callable, Iterable, Iterator, Mapping
+
+
+TERMS_FILE = "maintenance.json"  # of a release; by robot
+HINT = "wait until it holds; other terms hold once a deploy of nothing but `maintenance` is through"
+
+
+class Terms(NamedTuple):
+    """``idle``: s without a command and without motion; ``battery``: 0 to 1. 0 and False ask for nothing."""
+
+    idle: float = 0.0
+    battery: float = 0.0
+    docked: bool = False
+
+    @property
+    def of_power(self) -> bool:
+        """True for terms that stopping the robot does not change."""
+        return self.battery > 0 or self.docked
+
+
+def terms_of(home: Home) -> dict[str, Terms] | None:
+    """Returns the terms of the current release, by robot; None if they cannot be read."""
+    path = f"{home.current_link}/{TERMS_FILE}"
+    if not os.path.exists(path):
+        return {}
+    try:
+        raw = files.read_json(path)
+        return {
+            robot: Terms(float(one["idle"]), float(one["battery"]), bool(one.get("docked")))
+            for robot, one in raw.items()
+        }
+    except (AttributeError, LookupError, TypeError, ValueError):
+        return None
+
+
+def unmet_terms(
+    wanted: Terms, answer: Mapping[str, Any] | None, now: float, *, runs: bool, stop: bool
+) -> Iterator[str]:
+    """Yields each term that does not hold, as the end of a sentence about the robot.
+
+    ``answer``: of its driver or gate, None without one; ``now``: by its clock; ``runs``: there is something
+    to ask; ``stop``: the robot is stopped before it is touched, however long it was idle.
+    """
+    silent = "does not answer" if runs else "does not run"
+    unread = f"its driver {silent}" if answer is None else answer.get("trouble") or "it is not read"
+    if wanted.idle and runs and not stop:  # nothing passes commands on to a robot whose driver does not run
+        since = (answer or {}).get("idle_since")
+        if since is None:
+            asks = f"`maintenance` asks for {wanted.idle:g} s"
+            yield f"is idle for an unknown time, {asks}: its driver {silent}"
+        elif now - since < wanted.idle:
+            yield f"has been idle for {max(0.0, now - since):.0f} s of the {wanted.idle:g} s of `maintenance`"
+    if wanted.battery:
+        share = (answer or {}).get("battery")
+        if share is None:
+            asks = f"`maintenance` asks for {wanted.battery:g}"
+            yield f"has a battery whose charge is not known, {asks}: {unread}"
+        elif share < wanted.battery:
+            yield f"has its battery at {share:.2f}, `maintenance` asks for {wanted.battery:g}"
+    if wanted.docked:
+        docked = (answer or {}).get("docked")
+        if docked is None:
+            yield f"may be away from its dock, and `maintenance` asks for `docked`: {unread}"
+        elif not docked:
+            yield "is not docked, as `maintenance` asks"
+
 
 _LOOK = 1.0  # s for drivers to answer, and for wheels to be confirmed to stand
 _STOP = 3.0  # s for robots to stand
@@ -39,9 +109,9 @@ def busy(home: Home, robots: Iterable[str], *, stop: bool = False) -> dict[str, 
     answer is not in use: nothing passes on its commands.
     """
     names = sorted(robots)
-    wanted = maintenance_terms.terms(home)
+    wanted = terms_of(home)
     if wanted is None:
-        return dict.fromkeys(names, f"has unknown terms: {maintenance_terms.FILE} of its release is damaged")
+        return dict.fromkeys(names, f"has unknown terms: {TERMS_FILE} of its release is damaged")
     if stop and not any(wanted[one].of_power for one in names if one in wanted):
         return {}
     running = _running(home, names)
@@ -49,9 +119,9 @@ def busy(home: Home, robots: Iterable[str], *, stop: bool = False) -> dict[str, 
     now = time.monotonic()
     found = {}
     for robot in names:
-        answer, terms = answers.get(robot), wanted.get(robot, maintenance_terms.Terms())
+        answer, terms = answers.get(robot), wanted.get(robot, Terms())
         why = _why(answer) if answer is not None and not stop else ""
-        unmet = maintenance_terms.unmet(terms, answer, now, runs=robot in running, stop=stop or bool(why))
+        unmet = unmet_terms(terms, answer, now, runs=robot in running, stop=stop or bool(why))
         if reasons := [*([why] if why else []), *unmet]:
             found[robot] = ", and ".join(reasons)
     return found
@@ -102,7 +172,7 @@ def halt(home: Home, robots: Iterable[str], who: str, note: Callable[[str], None
 
 def hint(why: str) -> str:
     """Returns what to do about a refusal with this text."""
-    return maintenance_terms.HINT if "`maintenance`" in why else _HINT
+    return HINT if "`maintenance`" in why else _HINT
 
 
 def _running(home: Home, robots: Iterable[str]) -> dict[str, str]:

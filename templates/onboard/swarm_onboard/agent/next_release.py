@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from . import disk, edits, files, secrets, staging, upload
-from .change import Change
 from .errors import RefusedError
 from .failpoint import passed
 from .manifest import Manifest
+from .record import Change
 from .release_store import Home, unwritable
 from .rpc import Report
 

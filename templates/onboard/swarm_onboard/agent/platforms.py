@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from . import files
-from .names import is_name
+from .texts import is_name
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

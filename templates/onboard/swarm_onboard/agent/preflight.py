@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from .names import is_name
+from .texts import is_name
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

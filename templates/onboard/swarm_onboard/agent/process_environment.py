@@ -2,19 +2,38 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 
-from . import environment_file, files
-from .clip import clipped
+from . import files
+from .texts import clipped
 
 TYPE_CHECKING = False
+
 if TYPE_CHECKING:
     from typing import Iterable, Mapping, Sequence
 
     from .release_store import Home
     from .systemd import UnitState
 
-FILE = environment_file.ROS
+
+ROS = "env/ros.env"
+_ESCAPED = re.compile(r"\\(.)")
+
+
+def variables_in(text: str) -> dict[str, str]:
+    """Returns the variables by name; a value may stand in double quotes."""
+    lines = (line.strip() for line in text.splitlines())
+    pairs = (line.partition("=") for line in lines if line and not line.startswith("#"))
+    return {name: _unquoted(value) for name, _, value in pairs}
+
+
+def _unquoted(value: str) -> str:
+    quoted = len(value) > 1 and value[0] == value[-1] == '"'
+    return _ESCAPED.sub(r"\1", value[1:-1]) if quoted else value
+
+
+FILE = ROS
 #: The variables with which nodes find each other, by the version of ROS.
 NAMES = {
     "1": ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_IPV6"),
@@ -32,7 +51,7 @@ def differences(home: Home, units: Mapping[str, UnitState], proc: str = "/proc")
     content = files.read(f"{home.current_link}/{FILE}")
     if content is None:
         return {}
-    release = environment_file.variables_in(content.decode("utf-8", "replace"))
+    release = variables_in(content.decode("utf-8", "replace"))
     names = NAMES.get(release.get("ROS_VERSION", "1"), ())
     wanted = {name: release[name] for name in names if name in release}
     found: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""The record of a host's last transaction, written before each step that must be undone or finished later.
+"""The requested change of a host, and the record of it, written before what must be undone or finished.
 
 States: ``applying`` -> ``pending`` (until ``deadline``) -> ``applied``; each of the first two -> ``undoing``
 -> ``undone``; ``removing`` until the swarm is off the host. All but ``applied`` and ``undone`` are open.
@@ -9,15 +9,46 @@ was, so that nothing must be undone.
 from __future__ import annotations
 
 from . import boot, files, secrets
-from .kept_state import State
 from .named_tuple import NamedTuple
 from .release_store import Home
+from .steps import Step, targets
 
 TYPE_CHECKING = False
+
 if TYPE_CHECKING:
     from typing import Any, Callable
 
-    from .change import Change
+
+class State(NamedTuple):
+    """What a host can go back to: the digest of a release, and the name of a set of secrets or no text."""
+
+    release: str
+    secrets: str
+
+
+class Change(NamedTuple):
+    """``previous`` is the release that the plan was made for; ``confirm_within``: s until
+    it is undone without a confirmation, 0 if none is needed; ``values``: new ones of its secrets, by name, or
+    ``secrets``: the kept set to go back to; ``stop_robots``: robots that move or are under command are
+    stopped; without it the change is refused; ``files_only``: it is refused if it is more than files of the
+    release that nothing uses by itself."""
+
+    txid: str
+    who: str
+    run: str
+    previous: str | None
+    next: str
+    steps: list[Step]
+    confirm_within: float
+    values: dict[str, bytes]
+    secrets: str | None = None
+    stop_robots: bool = False
+    files_only: bool = False
+
+    def targets(self, *kinds: str) -> list[str]:
+        """Returns the targets of the steps of these kinds."""
+        return targets(self.steps, *kinds)
+
 
 APPLYING = "applying"
 PENDING = "pending"

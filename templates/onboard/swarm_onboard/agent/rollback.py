@@ -8,7 +8,6 @@ from __future__ import annotations
 from . import (
     audit,
     boot,
-    daemon_reload,
     files,
     live_parameters,
     record,
@@ -20,12 +19,45 @@ from . import (
 )
 from .errors import FailedError
 from .failpoint import passed
+from .manifest import release_name
 from .record import Record
 from .release_store import Home
+from .steps import Kind, Step
 
 TYPE_CHECKING = False
+
 if TYPE_CHECKING:
     from typing import Callable
+
+
+def steps_back(home: Home, release: str, chosen: str) -> list[Step]:
+    """Returns the steps from the current release to another one with the set ``chosen`` of secrets."""
+    current = home.current()
+    same = release == current
+    cause = "with the secrets that it had before" if same else f"replaces {current}"
+    why = "secrets that it reads change" if same else "its files or secrets differ"
+    before = {unit["name"]: unit for unit in home.units(current)}
+    after = {unit["name"]: unit for unit in home.units(release_name(release))}
+    others = secrets.differing(home, secrets.current(home), chosen and release_name(chosen))
+    changed = [
+        unit
+        for unit, one in after.items()
+        if unit in before
+        and (one["digest"] != before[unit]["digest"] or others & set(one.get("secrets", ())))
+    ]
+    reload = [
+        unit
+        for unit in changed
+        if before[unit].get("fixed", "") == after[unit].get("fixed")
+        and not others & set(after[unit].get("secrets", ()))
+    ]
+    return [
+        *(Step(Kind.STOP, unit, f"not part of {release}") for unit in before if unit not in after),
+        Step(Kind.ACTIVATE, release, cause),
+        *(Step(Kind.RELOAD_UNIT, unit, "takes its file while it runs") for unit in reload),
+        *(Step(Kind.RESTART, unit, why) for unit in changed if unit not in reload),
+        *(Step(Kind.START, unit, f"part of {release}") for unit in after if unit not in before),
+    ]
 
 
 def undo(home: Home, done: Record, because: str) -> FailedError:
@@ -52,7 +84,7 @@ def undo(home: Home, done: Record, because: str) -> FailedError:
     collect_secrets(home, done)
     passed("undo-outside")
     daemons = [*done.reload, *system_links.daemons_of(changed)]
-    _tried(troubles, lambda: daemon_reload.reload(home, daemons))
+    _tried(troubles, lambda: unit_start.reload_daemons(home, daemons))
     _tried(troubles, lambda: systemd.forget([unit for unit in done.touched if unit not in manifest.units]))
     if booting:
         _tried(troubles, lambda: systemd.start_when_booted(system_links.enabled(manifest)))

@@ -11,9 +11,9 @@ from contextlib import suppress
 from . import files, json_text
 from .errors import RefusedError
 from .named_tuple import NamedTuple
-from .names import is_name
 from .paths import stop_file
 from .release_store import Home
+from .texts import is_name
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -1,5 +1,8 @@
 """Where a release shows outside its folder: links through ``current``, and blocks in files of others.
 
+A block begins with the newline before its first marker, so that a file without a final newline gets one with
+the block and loses it with the block.
+
 What belongs to a swarm is known by itself, without a record: a link by where it leads, a block by its
 markers. So whatever an interrupted deploy left behind is found and put right by the next.
 """
@@ -9,17 +12,86 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 
-from . import blocks, files
+from . import files
 from .errors import FailedError, RefusedError
 from .manifest import WITH_LINKS, Manifest
 from .paths import BLOCK_FILES, LINK_FOLDERS, OF_PROGRAMS, READERS, ROOT
 from .release_store import Home
 
 TYPE_CHECKING = False
+
 if TYPE_CHECKING:
     from typing import Iterable, Iterator
 
     from .messages import BlockDrift, LinkDrift
+
+
+def _markers(swarm: str) -> tuple[bytes, bytes]:
+    name = swarm.encode("ascii")
+    return b"# >>> swarm " + name, b"# <<< swarm " + name
+
+
+def _find(original: bytes, swarm: str) -> tuple[int, int, int, int] | None:
+    """Returns the offsets of the block, of the begin and end of its text, and of its end."""
+    begin, end = _markers(swarm)
+    first, last = _line(original, begin), _line(original, end)
+    if first is None and last is None:
+        return None
+    if first is None or last is None or last[0] < first[1]:
+        raise RefusedError(
+            f"the block of swarm {swarm} has lost one of its two marker lines",
+            "remove what is left of the block, then deploy again",
+        )
+    return (*first, *last)
+
+
+def _line(original: bytes, marker: bytes) -> tuple[int, int] | None:
+    """Returns the offsets of the first line that is ``marker``, and of the next line."""
+    start = original.find(marker)
+    while start >= 0:
+        end = start + len(marker)
+        if start == 0 or original.startswith(b"\n", start - 1):
+            for ending in (b"\n", b"\r\n"):
+                if original.startswith(ending, end):
+                    return start, end + len(ending)
+            if original[end:] in (b"", b"\r"):
+                return start, len(original)
+        start = original.find(marker, end)
+    return None
+
+
+def text_in(original: bytes, swarm: str) -> bytes | None:
+    """Returns the text between the markers, or None if there is no block."""
+    found = _find(original, swarm)
+    return None if found is None else original[found[1] : found[2]]
+
+
+def without(original: bytes, swarm: str) -> bytes:
+    """Returns the file without the block."""
+    found = _find(original, swarm)
+    if found is None:
+        return original
+    before, after = original[: found[0]], original[found[3] :]
+    shorter = before[:-1] if before.endswith(b"\n") else before
+    joins_lines = after and not after.startswith((b"\n", b"\r\n")) and not shorter.endswith(b"\n")
+    return (before if joins_lines and shorter else shorter) + after
+
+
+def having(original: bytes, swarm: str, text: bytes) -> bytes:
+    """Returns the file with ``text`` in the block: in its old place, else at the end.
+
+    Raises ``RefusedError``.
+    """
+    begin, end = _markers(swarm)
+    if text and not text.endswith(b"\n"):
+        text += b"\n"
+    if text_in(text, swarm) is not None:
+        raise RefusedError(f"the text for the block of swarm {swarm} contains a marker line")
+    found = _find(original, swarm)
+    if found is None:
+        return original + b"\n" + begin + b"\n" + text + end + b"\n"
+    return original[: found[1]] + text + original[found[2] :]
+
 
 _UNITS = "/etc/systemd/system"
 _AT_BOOT = _UNITS + "/multi-user.target.wants"
@@ -102,7 +174,7 @@ def link_deviations(home: Home, wanted: dict[str, str]) -> dict[str, LinkDrift]:
 def block_texts(home: Home) -> dict[str, bytes | None]:
     """Returns the text of our block in each file that may have one."""
     contents = {path: files.read(home.outside(path)) or b"" for path in BLOCK_FILES}
-    return {path: blocks.text_in(content, home.swarm) for path, content in contents.items()}
+    return {path: text_in(content, home.swarm) for path, content in contents.items()}
 
 
 def block_deviations(home: Home, digest: str | None, manifest: Manifest) -> dict[str, BlockDrift]:
@@ -110,7 +182,7 @@ def block_deviations(home: Home, digest: str | None, manifest: Manifest) -> dict
     found: dict[str, BlockDrift] = {}
     for path, wanted in _wanted_blocks(home, digest, manifest):
         try:
-            present = blocks.text_in(files.read(home.outside(path)) or b"", home.swarm)
+            present = text_in(files.read(home.outside(path)) or b"", home.swarm)
         except RefusedError:
             found[path] = "broken"
             continue
@@ -190,9 +262,7 @@ def put_blocks(home: Home, digest: str | None, manifest: Manifest) -> list[str]:
         place = os.path.realpath(home.outside(path))
         original = files.read(place)
         before = original or b""
-        after = (
-            blocks.without(before, home.swarm) if text is None else blocks.having(before, home.swarm, text)
-        )
+        after = without(before, home.swarm) if text is None else having(before, home.swarm, text)
         if after != before:
             files.replace(place, after, None if original is None else os.stat(place))
             changed.append(path)

@@ -8,10 +8,10 @@ import time
 from collections.abc import Sequence
 
 from . import conditions
-from .clip import clipped
 from .errors import FailedError, TimedOutError
 from .named_tuple import NamedTuple
 from .release_store import Home
+from .texts import clipped
 
 _STATE = ("Id", "LoadState", "ActiveState", "SubState", "Result", "StatusText", "MainPID", "NRestarts")
 _RESTART_RECORDS = "/run/swarm-restarts"  # of bin/restart-delay

@@ -1,5 +1,8 @@
 """From one release to the next: a host is old or new, whatever happens on the way.
 
+Nothing that runs notices it, so it cannot lock anybody out, and it stays without a confirmation. Whatever
+ends the agent, or the power, ``current`` says whether it took place, and there is nothing to undo.
+
 A change stays pending until it is confirmed; without a confirmation it is undone. The recovery unit undoes
 what an agent that died has begun.
 """
@@ -7,11 +10,9 @@ what an agent that died has begun.
 from __future__ import annotations
 
 from . import (
+    audit,
     boot,
-    closing,
-    daemon_reload,
     disk,
-    file_switch,
     files,
     live_parameters,
     motion_gate,
@@ -24,20 +25,84 @@ from . import (
     systemd,
     unit_start,
 )
-from .change import Change
 from .errors import FailedError, RefusedError
 from .failpoint import passed
-from .kept_state import State
-from .manifest import Manifest
+from .manifest import EMPTY, Manifest
 from .named_tuple import NamedTuple
-from .record import Record
-from .release_store import Home
+from .record import Change, Record, State
+from .release_store import KEPT_RELEASES, KEPT_SETS, Home
 from .rpc import Report
 from .steps import Kind
 
 TYPE_CHECKING = False
+
 if TYPE_CHECKING:
-    from typing import Sequence
+    from typing import Iterable, Sequence
+
+
+def keep_change(home: Home, done: Record) -> None:
+    """Closes the record of a change that stays, and removes what nothing needs any more."""
+    states = [State(done.next or "", done.next_secrets), *done.before, *done.history]
+    kept = done._replace(state=record.APPLIED, history=tuple(_newest(states)))
+    files.remove(home.spare)
+    audit.note(home, kept)
+    try:
+        record.write(home, kept)
+    except OSError as error:
+        raise FailedError(
+            f"release {done.next} runs, but that cannot be recorded: {error.strerror}",
+            "repair the disk, then deploy again",
+        ) from error
+    passed("done")
+    rollback.collect(home, kept)
+    rollback.collect_secrets(home, kept)
+    passed("collect")
+
+
+def _newest(states: Iterable[State]) -> list[State]:
+    """The states to keep: of the newest ``KEPT_RELEASES``, each with its last ``KEPT_SETS`` sets."""
+    found: list[State] = []
+    for one in dict.fromkeys(states):
+        releases = {other.release for other in found}
+        sets = sum(other.release == one.release for other in found)
+        if sets < KEPT_SETS if sets else len(releases) < KEPT_RELEASES:
+            found.append(one)
+    return found
+
+
+def switch(home: Home, change: Change, manifest: Manifest, before: Record, report: Report) -> None:
+    """Makes ``change.next`` current. Raises ``RefusedError``, before it, if the change is more than files."""
+    if more := _more(home, change, manifest, home.known_manifest(home.current()) or EMPTY):
+        raise RefusedError(
+            f"stale plan: the change was to be of files alone, and {more}", "run the same command again"
+        )
+    begun = record.begun(home, change, record.SWITCHING)._replace(history=before.history)
+    report.detach()
+    record.write(home, begun)
+    passed("switching")
+    files.point(home.current_link, "releases/" + change.next)
+    passed("flip")
+    keep_change(home, begun)
+
+
+def _more(home: Home, change: Change, manifest: Manifest, old: Manifest) -> str:
+    """What the change is beside files of the release; empty if that is all."""
+    shown = {*old.links.values(), *old.blocks.values()}
+    if change.previous in (None, change.next):
+        return "the release is not another one"
+    if change.steps:
+        return "units or daemons change"
+    if change.values or change.secrets is not None or manifest.secrets != old.secrets:
+        return "secrets change"
+    if (manifest.units, manifest.links, manifest.blocks) != (old.units, old.links, old.blocks):
+        return "units, links or blocks change"
+    if any(manifest.files.get(path) != old.files.get(path) for path in shown):
+        return "a file changes that is shown elsewhere on the host"
+    astray = [
+        *system_links.link_deviations(home, manifest.links),
+        *system_links.block_deviations(home, change.next, manifest),
+    ]
+    return f"{astray[0]} is not as deployed" if astray else ""
 
 
 class Applied(NamedTuple):
@@ -69,7 +134,7 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> Applied:
     motion_gate.clear(home, swapped, stop=change.stop_robots, who=change.who, note=report.note)
     system_links.check(home, manifest)
     if change.files_only:
-        file_switch.switch(home, change, manifest, before, report)
+        switch(home, change, manifest, before, report)
         return Applied(change.next, current)
     begun = _prepared(home, change, manifest, before, report)
     try:
@@ -83,7 +148,7 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> Applied:
     except (RefusedError, OSError) as error:
         raise _undone(home, begun, error, report) from error
     if not change.confirm_within:
-        closing.keep(home, begun)
+        keep_change(home, begun)
     return Applied(change.next, begun.previous)
 
 
@@ -101,7 +166,7 @@ def confirm(home: Home, txid: str) -> str:
     if found.state == record.PENDING:
         if not found.left(home):
             raise rollback.undo(home, found, rollback.cause(home, found))
-        closing.keep(home, found)
+        keep_change(home, found)
     elif found.state != record.APPLIED:
         raise FailedError(found.error)
     return found.next or ""
@@ -113,7 +178,7 @@ def finished(home: Home) -> Record:
     Raises ``RefusedError`` while a change waits for its confirmation.
     """
     if (done := record.switched(home)) is not None:
-        closing.keep(home, done)
+        keep_change(home, done)
     found = record.read(home)
     if found.left(home):
         raise waiting(home, found)
@@ -193,7 +258,7 @@ def _forward(home: Home, change: Change, manifest: Manifest, begun: Record, repo
     passed("links")
     system_links.put_blocks(home, change.next, manifest)
     passed("blocks")
-    daemon_reload.reload(home, begun.reload)
+    unit_start.reload_daemons(home, begun.reload)
     systemd.forget([unit for unit in change.targets(Kind.STOP) if unit not in manifest.units])
     passed("reload")
     if begun.reloaded:

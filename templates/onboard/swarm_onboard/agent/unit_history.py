@@ -6,9 +6,9 @@ import os
 import time
 
 from . import processes, systemd, unit_journal, unit_start
-from .clip import clipped
 from .processes import Process
 from .release_store import Home
+from .texts import clipped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ import shutil
 from contextlib import suppress
 
 from . import (
-    daemon_reload,
     files,
     record,
     recovery_unit,
@@ -15,6 +14,7 @@ from . import (
     stop_latches,
     system_links,
     systemd,
+    unit_start,
     wireguard_key,
 )
 from .errors import FailedError
@@ -57,7 +57,7 @@ def withdraw(home: Home, who: str, note: Callable[[str], None] = lambda _: None)
     wireguard_key.forget(home)
     stop_latches.forget(home)
     passed("withdraw")
-    daemon_reload.reload(home, system_links.daemons_of(changed))
+    unit_start.reload_daemons(home, system_links.daemons_of(changed))
     systemd.forget(units)
     for name in system_links.foreign_units(home, units):
         note(f"left {name}, which swarmctl did not write")
@@ -76,7 +76,7 @@ def _remove_folder(home: Home) -> None:
     passed("removed")
     recovery_unit.remove(home)
     with suppress(FailedError):  # systemd lists the unit until it reads its files again, or the host boots
-        daemon_reload.reload(home, ["systemd"])
+        unit_start.reload_daemons(home, ["systemd"])
     shutil.rmtree(home.gone)
     if set(os.listdir(root)) <= {os.path.basename(AGENT_FOLDER)}:  # no other swarm needs the kept agent
         shutil.rmtree(root)

@@ -10,8 +10,8 @@ from typing import Any
 from rclpy.serialization import deserialize_message
 
 from swarm_onboard.common import slave
-from swarm_onboard.common.publication import Publication
 from swarm_onboard.common.slave import SlaveApi
+from swarm_onboard.common.tcpros import Publication
 from swarm_onboard.domain_relay.config import Config, Crossing
 from swarm_onboard.domain_relay.domains import DEPTH
 from swarm_onboard.domain_relay.ros1_subscriber import LARGEST_MESSAGE

@@ -11,9 +11,8 @@ from typing import Any, Mapping
 from swarm_onboard.command.authority import Commander, commander_of
 from swarm_onboard.command.start import Start, start_of
 from swarm_onboard.common.parameters import between, content_of, one_of, parsed, positive
-from swarm_onboard.driver.live_values import fixed
+from swarm_onboard.driver.live_values import fixed, shown_params
 from swarm_onboard.driver.protocols import Protocol, protocol_of
-from swarm_onboard.driver.shown_params import shown_params
 from swarm_onboard.ros.node import COMMAND_TYPES
 
 

@@ -1,4 +1,4 @@
-"""The values of a driver's parameter file that it takes while it runs: its dead-man's timeout, rates, limits.
+"""The values of a driver, as it shows them and takes them while it runs. Pure.
 
 Pure. swarmctl and the driver agree by it on which change of the file restarts the driver.
 """
@@ -6,6 +6,25 @@ Pure. swarmctl and the driver agree by it on which change of the file restarts t
 from __future__ import annotations
 
 from typing import Any, Iterator, Mapping
+
+
+def shown_params(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the parameters of a node, in SI units; it does not read them. ``data``: its parameter file."""
+    kinematics, prefix = data["kinematics"], data["frame_prefix"]
+    shown = ("wheel_separation", "wheel_speed_max", "wheel_radius")
+    return {
+        "robot": data["robot"],
+        "title": data["title"],
+        "port": data["port"],
+        "baud": data["serial"]["baud"],
+        "command_timeout": data["command_timeout"],
+        "commanders": {one["name"]: one["priority"] for one in data["commanders"]},
+        "limits": {"linear": kinematics["linear_max"], "angular": kinematics["angular_max"]},
+        "kinematics": {name: kinematics[name] for name in shown if name in kinematics},
+        "frames": {"odom": f"{prefix}odom", "base": f"{prefix}base_link"},
+        "rates": {name: sensor["rate"] for name, sensor in data["sensors"].items()},
+    }
+
 
 _TOP = ("command_timeout", "diagnostics_rate")
 _LIMITS = ("linear_max", "angular_max", "wheel_speed_max")

@@ -9,17 +9,16 @@ import contextlib
 import time
 from collections import deque
 
-from swarm_onboard.command.dead_man import DeadMan
+from swarm_onboard.command.command_mailbox import DeadMan
 from swarm_onboard.command.report import Level
 from swarm_onboard.driver.config import Config
 from swarm_onboard.driver.connection import ConnectionContext
-from swarm_onboard.driver.kinematics import Odometry, within_limits
+from swarm_onboard.driver.kinematics import Odometry, Wheels, within_limits
 from swarm_onboard.driver.link import BytePort, LinkLostError
 from swarm_onboard.driver.protocols import RosserialProtocol
 from swarm_onboard.driver.relay import MOST_WAITING, Outgoing, Parameter, Relay
 from swarm_onboard.driver.sketch_drift import Drift
 from swarm_onboard.driver.tally import Meter
-from swarm_onboard.driver.wheels import Wheels
 from swarm_onboard.rosserial.conversation import (
     GREETING,
     Conversation,

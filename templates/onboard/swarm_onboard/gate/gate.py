@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import Any, Callable, Mapping, Protocol
 
 from swarm_onboard.command.authority import Standing
-from swarm_onboard.command.command_mailbox import Command, CommandMailbox
-from swarm_onboard.command.dead_man import DeadMan
+from swarm_onboard.command.command_mailbox import Command, CommandMailbox, DeadMan
 from swarm_onboard.command.limits import STANDSTILL, Velocity
 from swarm_onboard.command.report import Level, Report
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.gate.config import Config
 from swarm_onboard.gate.motion import limited, on_axes
-from swarm_onboard.gate.odometry import OdometryWatch
-from swarm_onboard.gate.power import PowerWatch
+from swarm_onboard.gate.robot_state import OdometryWatch, PowerWatch
 from swarm_onboard.gate.wiring import Wiring
 
 MOST_COMMANDS = 110.0  # Hz, on average; of what comes faster the latest is sent, and a stop at once

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import struct
+import time
 from dataclasses import dataclass
 
 from swarm_onboard.command.limits import Velocity, differential_excess
@@ -71,3 +73,19 @@ def _excess(wanted: Velocity, motion: Motion) -> float:
         forward=motion.linear_max, left=motion.lateral_max, up=motion.vertical_max, turn=motion.angular_max
     )
     return max(abs(one) / most for one, most in zip(wanted, fastest) if most)
+
+
+#: Of the definitions of geometry_msgs.
+MD5 = {
+    "geometry_msgs/Twist": "9f195f881246fdfa2798d1d3eebca84a",
+    "geometry_msgs/TwistStamped": "98d34b0043a2093cf9d9345ab6eef12e",
+}
+_ZEROS = bytes(6 * 8)  # six float64
+
+
+def zero(kind: str) -> bytes:
+    """Returns a message of type ``kind`` with all velocities 0, and the time of now where it has a stamp."""
+    if kind == "geometry_msgs/Twist":
+        return _ZEROS
+    seconds, nanoseconds = divmod(time.time_ns(), 10**9)
+    return struct.pack("<IIII", 0, seconds, nanoseconds, 0) + _ZEROS  # seq, stamp, an empty frame

@@ -15,8 +15,7 @@ from swarm_onboard.command.limits import Velocity
 from swarm_onboard.command.report import Level, Report
 from swarm_onboard.command.transforms import TFMessage, start_is_lost, start_transform
 from swarm_onboard.gate.config import OUTPUT, Config
-from swarm_onboard.gate.odometry import OdometryWatch, Reading
-from swarm_onboard.gate.power import PowerWatch
+from swarm_onboard.gate.robot_state import OdometryWatch, PowerWatch, Reading
 from swarm_onboard.ros.node import Kind, Node
 from swarm_onboard.ros.velocities import VELOCITIES
 

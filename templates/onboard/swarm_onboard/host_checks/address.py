@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 
-from swarm_onboard.agent import command, environment_file, files
+from swarm_onboard.agent import command, files, process_environment
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.host_checks import Judged
 
@@ -37,8 +37,8 @@ def observe(home: Home) -> list[Seen]:
 
 def advertised(home: Home) -> str:
     """Returns the address or name that the release has nodes advertise; empty text if none."""
-    content = files.read(f"{home.current_link}/{environment_file.ROS}") or b""
-    variables = environment_file.variables_in(content.decode("utf-8", "replace"))
+    content = files.read(f"{home.current_link}/{process_environment.ROS}") or b""
+    variables = process_environment.variables_in(content.decode("utf-8", "replace"))
     return next((variables[name] for name in _NAMES if name in variables), "")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_onboard.agent import blocks, command, files, preflight
+from swarm_onboard.agent import command, files, preflight, system_links
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.host_checks import Judged
 
@@ -35,7 +35,7 @@ class Seen(NamedTuple):
 
 def observe(home: Home) -> list[Seen]:
     """Asks chronyd, whose lines of this swarm are in its file. Raises ``OSError``, ``RefusedError``."""
-    text = blocks.text_in(files.read(home.outside(_CONF)) or b"", home.swarm)
+    text = system_links.text_in(files.read(home.outside(_CONF)) or b"", home.swarm)
     chronyc = preflight.found(["chronyc"], home.outside)["chronyc"]
     if text is None or chronyc is None:
         return []

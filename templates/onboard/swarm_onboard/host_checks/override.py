@@ -6,8 +6,8 @@ import os
 import re
 
 from swarm_onboard.agent import files, systemd
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.named_tuple import NamedTuple
+from swarm_onboard.agent.texts import clipped
 from swarm_onboard.host_checks import Judged
 
 TYPE_CHECKING = False

@@ -12,8 +12,8 @@ import xmlrpc.client
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any
 
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.observations import Status
+from swarm_onboard.agent.texts import clipped
 from swarm_onboard.common import flow as common_flow
 from swarm_onboard.common.tcpros import Cursor, number, packed, read_header
 from swarm_onboard.common.xmlrpc import PIECE, Names, NonsenseError, PeerError, bounded, loads, place_of, post

@@ -1,5 +1,8 @@
 """Subscribers of this host that have no connection to a publisher of their topic.
 
+A master calls the slave API of each node (``publisherUpdate``). A subscriber calls that of each publisher
+(``requestTopic``), and connects to its port for topics (wiki.ros.org/ROS/Technical Overview).
+
 Both may run, and the ports between them be open: the publisher has another definition of the type and drops
 the connection (wiki.ros.org/ROS/TCPROS), or the announcement of the publisher was lost, which a master
 sends only once. Each node knows its own connections (``getBusInfo``, wiki.ros.org/ROS/Slave_API).
@@ -11,20 +14,22 @@ import asyncio
 import re
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, AsyncIterator, Mapping, TypeVar
 
-from swarm_onboard.agent import files
-from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent import files, processes
 from swarm_onboard.agent.named_tuple import NamedTuple
-from swarm_onboard.agent.observations import UnconnectedSeen
+from swarm_onboard.agent.observations import PeerSeen, UnconnectedSeen
+from swarm_onboard.agent.texts import clipped
 from swarm_onboard.common.xmlrpc import PeerError, place_of
 from swarm_onboard.ros1_probe import client, nodes
 
 if TYPE_CHECKING:
-    from typing import AbstractSet, Any, Awaitable, Callable, Iterable, Mapping, Sequence
+    from typing import AbstractSet, Awaitable, Callable, Iterable, Sequence
 
     from swarm_onboard.agent.verbs.probe import Request
 
+
+if TYPE_CHECKING:
     Pair = tuple[str, str, str]  # the subscriber, the topic, the publisher
     Side = Mapping[str, Sequence[str]]
 
@@ -46,7 +51,7 @@ class _Connections(NamedTuple):
     far_ends: AbstractSet[tuple[str, str]]
 
 
-async def unconnected(request: Request, state: tuple[Side, Side]) -> list[UnconnectedSeen]:
+async def without_connection(request: Request, state: tuple[Side, Side]) -> list[UnconnectedSeen]:
     """Returns the pairs that are not connected now, and not a moment later.
 
     ``state``: the publishers and the subscribers of each topic. Nodes that do not answer have no pairs.
@@ -153,4 +158,56 @@ def md5_of(kind: str, pid: int, proc: str = "/proc") -> str:
                 return found[1].decode("ascii") if found else ""
     except OSError:  # the process has ended, or the file is not readable
         pass
+    return ""
+
+
+_MOST_NODES = 200
+
+
+async def look(request: Request) -> AsyncIterator[Mapping[str, Any]]:
+    """Yields the nodes of the request, and the publishers of its topics, that are on other hosts; and the
+    ports on which this host listens, so that a port that nothing has is not taken for a closed one; and the
+    pairs of nodes that are not connected. Raises ``PeerError``, and ``OSError`` for the ports.
+    """
+    yield {"listening": processes.listening_ports()}
+    wanted: dict[str, list[str]] = {name: [] for name in request.peers}
+    state = await client.system_state(request.master) if request.inputs else ({}, {})
+    for topic in request.inputs:
+        for name in state[0].get(topic, ()):
+            wanted.setdefault(name, []).append(topic)
+    first = list(wanted.items())[:_MOST_NODES]
+    unconnected = asyncio.ensure_future(without_connection(request, state))
+    for work in asyncio.as_completed([_peer(request, name, topics) for name, topics in first]):
+        name, peer = await work
+        if peer is not None:
+            yield {"peers": {name: peer}}
+    yield {"unconnected": await unconnected}
+
+
+async def _peer(request: Request, name: str, topics: list[str]) -> tuple[str, PeerSeen | None]:
+    """A node of another host. One that is not registered, or hangs, is a matter of other checks."""
+    found = None
+    try:
+        uri = str(await client.call(request.master, "lookupNode", name))
+        host, port = place_of(uri)
+        if host == str(request.advertised).lower():
+            return name, None
+        found = PeerSeen(clipped(uri), topics)
+        problem = await _problem(host, port)
+        if not problem and topics:
+            host, port = await client.offered(uri, topics[0])
+            problem = await _problem(host, port, f"{name}/get_loggers")
+        if problem:
+            found = found._replace(port=port, error=clipped(f"{host}:{port}: {problem}"))
+    except PeerError:
+        pass
+    return name, found
+
+
+async def _problem(host: str, port: int, service: str = "") -> str:
+    """Why a port lets nothing in; empty if it does."""
+    try:
+        await client.try_port(host, port, service)
+    except PeerError as error:
+        return str(error)
     return ""

@@ -6,8 +6,8 @@ import asyncio
 import contextlib
 from typing import TYPE_CHECKING, Any, AsyncIterator, Iterable, Mapping
 
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.observations import ForeignNode, GraphSeen
+from swarm_onboard.agent.texts import clipped
 from swarm_onboard.common.xmlrpc import PeerError, place_of
 from swarm_onboard.ros1_probe import client
 

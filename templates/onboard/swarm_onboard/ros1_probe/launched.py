@@ -12,9 +12,9 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, AbstractSet, Any, AsyncIterator, Iterable, Mapping, Sequence
 
 from swarm_onboard.agent import processes, unit_history, unit_journal
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.errors import RefusedError
 from swarm_onboard.agent.observations import EndedSeen, LaunchedSeen, NodeSeen
+from swarm_onboard.agent.texts import clipped
 from swarm_onboard.common.xmlrpc import PeerError, place_of
 from swarm_onboard.ros1_probe import client, nodes
 

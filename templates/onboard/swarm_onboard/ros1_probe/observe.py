@@ -9,10 +9,10 @@ import asyncio
 import time
 from typing import TYPE_CHECKING, AbstractSet, Any, AsyncIterator, Mapping
 
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.observations import MasterSeen, SenderSeen
+from swarm_onboard.agent.texts import clipped
 from swarm_onboard.common.xmlrpc import PeerError, place_of
-from swarm_onboard.ros1_probe import client, islands, launched, name_conflicts, nodes, peers, simulated_time
+from swarm_onboard.ros1_probe import client, connections, islands, launched, nodes, simulated_time
 
 if TYPE_CHECKING:
     from swarm_onboard.agent.verbs.probe import Answer, Request
@@ -35,7 +35,7 @@ def observe(request: Request, answer: Answer) -> Answer:
 
 def observe_logs(answer: Answer) -> Answer:
     """Returns the answer, which has the last states of the units, with the conflicts of names."""
-    return name_conflicts.added(answer)
+    return nodes.added(answer)
 
 
 class _Look:
@@ -72,7 +72,7 @@ class _Look:
         ]
         if request.commands:
             parts.append(self._add("commanders", _commanders(request)))
-        parts.append(self._add("peers", peers.look(request)))
+        parts.append(self._add("peers", connections.look(request)))
         if request.graph:
             parts.append(self._add("graph", islands.look(request)))
         if request.clock is not None:

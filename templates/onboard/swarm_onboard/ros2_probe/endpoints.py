@@ -6,7 +6,6 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, AbstractSet, Any, Callable, Iterator, Mapping, Sequence
 
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.observations import (
     GraphSeen,
     LaunchedSeen,
@@ -15,6 +14,7 @@ from swarm_onboard.agent.observations import (
     SenderSeen,
     UnmatchedSeen,
 )
+from swarm_onboard.agent.texts import clipped
 
 if TYPE_CHECKING:
     from swarm_onboard.agent.verbs.probe import Request

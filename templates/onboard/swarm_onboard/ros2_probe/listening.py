@@ -7,8 +7,8 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Callable
 
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.observations import NodeSeen, Status, TopicSeen, worst
+from swarm_onboard.agent.texts import clipped
 from swarm_onboard.common.flow import Flow
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from importlib import import_module
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Iterator, Mapping
 
-from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.texts import clipped
 from swarm_onboard.ros2_probe import discovery
 from swarm_onboard.ros2_probe.discovery import Discovery
 from swarm_onboard.ros2_probe.endpoints import HIDDEN, Endpoint, Graph, full_name, parts

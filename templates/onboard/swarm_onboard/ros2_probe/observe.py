@@ -1,5 +1,8 @@
 """The graph of ROS 2 as a node of this host sees it: a child process, as the agent has no ROS environment.
 
+Fast DDS passes messages between processes of one host through shared memory. A process of another account may
+be locked out of it, and one that is killed leaves its part there.
+
 The node is hidden, subscribes to what is measured, and publishes nothing. It leaves when it has looked.
 """
 
@@ -15,14 +18,29 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Mapping
 
 import swarm_onboard
-from swarm_onboard.agent import environment_file, files, processes
-from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent import files, process_environment, processes
 from swarm_onboard.agent.errors import FailedError
 from swarm_onboard.agent.release_store import home_of
-from swarm_onboard.ros2_probe import child_environment, look
+from swarm_onboard.agent.texts import clipped
+from swarm_onboard.ros2_probe import look
 
 if TYPE_CHECKING:
     from swarm_onboard.agent.verbs.probe import Answer, Request
+
+
+SUPER_CLIENT = "env/super_client.xml"
+UDP = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+
+
+def of_child(release: Mapping[str, str], current: str) -> dict[str, str]:
+    """The variables of the node. ``release``: those of the release in the folder ``current``."""
+    found = {**release, **UDP}
+    if "ROS_DISCOVERY_SERVER" in release:
+        found["ROS_SUPER_CLIENT"] = "TRUE"
+        if Path(current, SUPER_CLIENT).exists():  # of Humble, which does not know the variable
+            found["FASTRTPS_DEFAULT_PROFILES_FILE"] = f"{current}/{SUPER_CLIENT}"
+    return found
+
 
 _START = 10.0  # s until a slow board has loaded rclpy, and for leaving the graph
 #: Of the look. Not that of nobody, under which other programs run: a firewall lets this one see the graph.
@@ -42,11 +60,11 @@ def observe(request: Request, answer: Answer) -> Answer:
         answer = answer._replace(listening=ports, listening_udp=udp)
     except OSError as error:
         answer = answer._replace(troubles={**answer.troubles, "ports": clipped(error)})
-    content = files.read(f"{current}/{environment_file.ROS}")
+    content = files.read(f"{current}/{process_environment.ROS}")
     if content is None:  # a host without a release, which is a finding of its own
         return answer
-    release = environment_file.variables_in(content.decode("utf-8", "replace"))
-    seen = _looked(request, current, child_environment.of_child(release, current))
+    release = process_environment.variables_in(content.decode("utf-8", "replace"))
+    seen = _looked(request, current, of_child(release, current))
     if "error" in seen:
         raise FailedError(clipped(seen["error"], 300))
     troubles = {**answer.troubles, **seen.pop("troubles", {})}

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from swarm_onboard.agent.observations import GraphSeen
 from swarm_onboard.agent.verbs import probe
 from swarm_onboard.ros2_probe import observe
-from swarm_onboard.ros2_probe.child_environment import UDP
 from swarm_onboard.ros2_probe.look import joined
+from swarm_onboard.ros2_probe.observe import UDP
 
 if TYPE_CHECKING:
     from swarm_onboard.agent.verbs.record import Request
@@ -71,8 +71,7 @@ def _record(options: argparse.Namespace) -> None:
     os.environ.update(UDP)
     from rclpy.executors import SingleThreadedExecutor  # noqa: PLC0415  the agent has no rclpy
 
-    from swarm_onboard.ros2_recorder.bag_files import BagFiles  # noqa: PLC0415
-    from swarm_onboard.ros2_recorder.definitions import definition  # noqa: PLC0415
+    from swarm_onboard.ros2_recorder.bag_files import BagFiles, definition  # noqa: PLC0415
     from swarm_onboard.ros2_recorder.subscriptions import Subscriptions  # noqa: PLC0415
 
     with joined(f"_swarm_recording_{os.urandom(8).hex()}") as node:

@@ -7,7 +7,7 @@ from typing import Any, Mapping, Match
 
 import yaml
 
-from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.texts import clipped
 from swarm_onboard.ros2.ros1_bytes import LIST, message_class
 
 _MOST = 128  # elements of a list that are shown, as of `ros2 topic echo`

@@ -6,8 +6,8 @@ import os
 import signal
 import sys
 
-from swarm_onboard.agent.clip import clipped
-from swarm_onboard.ros2_probe.child_environment import UDP
+from swarm_onboard.agent.texts import clipped
+from swarm_onboard.ros2_probe.observe import UDP
 
 _LONGEST = 500  # characters of an error
 

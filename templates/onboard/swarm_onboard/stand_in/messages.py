@@ -9,6 +9,30 @@ from swarm_onboard.command.transforms import transform, turned_by
 from swarm_onboard.stand_in.body import Axes, Body
 from swarm_onboard.stand_in.config import Config
 
+AnyMsg: Any
+try:
+    from rospy import AnyMsg
+except ImportError:  # ROS 2
+    AnyMsg = None
+
+
+def untyped(kind: str) -> Any:
+    """Returns a message class of that name without content; None in ROS 2.
+
+    Its MD5 sum is the wildcard of rospy, so nodes that only count or look up the topic see it; no node with
+    the real type connects.
+    """
+    if AnyMsg is None:
+        return None
+    empty = {"_type": kind, "_md5sum": AnyMsg._md5sum, "__init__": _without_content}
+    return type(kind.rpartition("/")[2], (AnyMsg,), empty)
+
+
+def _without_content(message: Any) -> None:
+    AnyMsg.__init__(message)
+    message._buff = b""
+
+
 ODOMETRY = "nav_msgs/Odometry"
 _BEAMS, _FAR = 360, 3.5  # of a laser that sees nothing, m
 _GRAVITY = 9.81  # m/s2

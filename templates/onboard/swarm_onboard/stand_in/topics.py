@@ -13,10 +13,9 @@ from swarm_onboard.command.transforms import TFMessage
 from swarm_onboard.ros.node import Kind, Node, join, message_class
 from swarm_onboard.ros.velocities import VELOCITIES
 from swarm_onboard.stand_in import messages, truth
-from swarm_onboard.stand_in.body import Body
+from swarm_onboard.stand_in.body import Body, Schedule
 from swarm_onboard.stand_in.config import Config, Output, load
-from swarm_onboard.stand_in.schedule import Schedule
-from swarm_onboard.stand_in.untyped import untyped
+from swarm_onboard.stand_in.messages import untyped
 
 _TF = "/tf"
 _TRUTH = 0.1  # s between two writes of the true state

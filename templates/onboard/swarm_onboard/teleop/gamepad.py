@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Sequence
 
 from swarm_onboard.common.systemd import WAITS
-from swarm_onboard.teleop.fanout import Twist
+from swarm_onboard.teleop.driving import Twist
 
 WAITING = f"{WAITS}the joystick"
 LET_GO = f"{WAITS}the dead-man button to be let go"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 
-from swarm_onboard.teleop.fanout import Twist
+from swarm_onboard.teleop.driving import Twist
 
 # x and th
 _FORWARD, _BACKWARD, _LEFT, _RIGHT = (1, 0), (-1, 0), (0, 1), (0, -1)

@@ -11,7 +11,7 @@ from sensor_msgs.msg import Joy
 
 from swarm_onboard.ros.node import Kind, Node, join
 from swarm_onboard.teleop.config import Config
-from swarm_onboard.teleop.fanout import Commands
+from swarm_onboard.teleop.driving import Commands
 from swarm_onboard.teleop.gamepad import Pad, noticed
 
 _LOOK_EVERY = 1.0  # s between two looks whether the graph knows the node

@@ -5,11 +5,11 @@ from __future__ import annotations
 from contextlib import suppress
 
 from swarm_onboard.agent import known_keys, lease, lock, secrets, steps, systemd, transaction, upload
-from swarm_onboard.agent.change import Change
 from swarm_onboard.agent.errors import RefusedError
 from swarm_onboard.agent.failpoint import passed
 from swarm_onboard.agent.manifest import release_name
 from swarm_onboard.agent.named_tuple import NamedTuple
+from swarm_onboard.agent.record import Change
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.steps import Step

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_onboard.agent import audit, record, secrets, way_back
+from swarm_onboard.agent import audit, record, rollback, secrets
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
@@ -45,5 +45,5 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
         home.releases(),
         secrets.sets(home),
         record.read(home).txid,
-        way_back.steps(home, *request.to) if request.to else None,
+        rollback.steps_back(home, *request.to) if request.to else None,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_onboard.agent import lock, record, rollback, steady_units, systemd
+from swarm_onboard.agent import lock, record, rollback, systemd, unit_start
 from swarm_onboard.agent.errors import FailedError, RefusedError
 from swarm_onboard.agent.manifest import release_name
 from swarm_onboard.agent.named_tuple import NamedTuple
@@ -39,7 +39,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
     with lock.held_for(home, request):  # an agent whose connection was lost may still be at work
         found = _undone_without(home, txid, "", report)
     units = [unit for unit in home.manifest(found.next).units if unit in (*found.touched, *found.reloaded)]
-    if trouble := steady_units.trouble(units, seconds, within):
+    if trouble := unit_start.not_steady(units, seconds, within):
         with lock.held_for(home, request):
             found = _undone_without(home, txid, trouble, report)
     return Answer(systemd.states(home.manifest(found.next).units))

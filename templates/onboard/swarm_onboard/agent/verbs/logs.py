@@ -10,12 +10,12 @@ from contextlib import contextmanager
 from functools import partial
 
 from swarm_onboard.agent import json_text
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.command import plain_environment
 from swarm_onboard.agent.errors import FailedError
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
+from swarm_onboard.agent.texts import clipped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

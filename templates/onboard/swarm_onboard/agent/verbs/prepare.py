@@ -5,7 +5,7 @@ from __future__ import annotations
 from swarm_onboard.agent import (
     accounts,
     debian,
-    image_pulls,
+    images,
     package_sources,
     platforms,
     python_packages,
@@ -62,7 +62,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:  # noqa:
         for group in targets:
             accounts.join(account, group)
     elif step == "pull":
-        image_pulls.pull_all(targets, report.note)
+        images.pull_all(targets, report.note)
     elif step == "build":
         workspaces.build_in_order(targets, request.workspaces, outside, report.note)
     else:

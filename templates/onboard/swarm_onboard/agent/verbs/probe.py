@@ -21,13 +21,12 @@ from swarm_onboard.agent import (
     lock,
     pings,
     process_environment,
-    processor_work,
+    processes,
     requirements,
     stop_latches,
     systemd,
     unit_history,
 )
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.deployed import Transaction
 from swarm_onboard.agent.edits import Drift
 from swarm_onboard.agent.errors import RefusedError, TimedOutError
@@ -52,6 +51,7 @@ from swarm_onboard.agent.release_store import Home, home_of
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.stop_latches import Latch
 from swarm_onboard.agent.systemd import UnitState
+from swarm_onboard.agent.texts import clipped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
             return {}
 
     pinging = part("pings", lambda: pings.Pings(request.pings))
-    work = part("load", processor_work.work)
+    work = part("load", processes.processor_work)
     before = part("units", states, {})
     if "systemd" in troubles:
         others = [check for check in request.checks if check not in _ASK_SYSTEMD]
@@ -208,7 +208,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
     answer = part("ros", lambda: middleware().observe(request, answer), answer)
     answer = answer._replace(
         pings=part("pings", pinging.counts, {}) if pinging else {},
-        load=part("load", lambda: processor_work.work().since(work)) if work else None,
+        load=part("load", lambda: processes.processor_work().since(work)) if work else None,
         units=_with_restarts(before, part("units", states, {})),
     )
     observed: Answer = part("conflicts", lambda: middleware().observe_logs(answer), answer)

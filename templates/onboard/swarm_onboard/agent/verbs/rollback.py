@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from swarm_onboard.agent import lease, lock, transaction, way_back
-from swarm_onboard.agent.change import Change
+from swarm_onboard.agent import lease, lock, rollback, transaction
 from swarm_onboard.agent.errors import RefusedError
 from swarm_onboard.agent.manifest import release_name
 from swarm_onboard.agent.named_tuple import NamedTuple
+from swarm_onboard.agent.record import Change
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.steps import TAKEN
@@ -44,7 +44,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
             run=str(request.run),
             previous=request.previous,
             next=to,
-            steps=[step for step in way_back.steps(home, to, chosen) if step.kind in TAKEN],
+            steps=[step for step in rollback.steps_back(home, to, chosen) if step.kind in TAKEN],
             confirm_within=min(float(request.confirm_within), 3600.0),
             values={},
             secrets=chosen,

@@ -10,10 +10,10 @@ import time
 from functools import partial
 
 from swarm_onboard.agent import control_groups, json_text, robot_motion
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
+from swarm_onboard.agent.texts import clipped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

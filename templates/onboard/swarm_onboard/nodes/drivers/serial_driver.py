@@ -16,8 +16,7 @@ from swarm_onboard.command.authority import Authority
 from swarm_onboard.command.command_gate import CommandGate
 from swarm_onboard.command.command_log import command_log
 from swarm_onboard.command.command_mailbox import CommandMailbox
-from swarm_onboard.command.report import Level
-from swarm_onboard.command.reporter import Reporter
+from swarm_onboard.command.report import Level, Reporter
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.common.systemd import Notifier
 from swarm_onboard.driver.actuators import ActuatorSettings

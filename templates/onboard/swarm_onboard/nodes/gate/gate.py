@@ -17,13 +17,12 @@ from swarm_onboard.command.command_gate import CommandGate
 from swarm_onboard.command.command_log import command_log
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.limits import Velocity
-from swarm_onboard.command.reporter import Reporter
+from swarm_onboard.command.report import Reporter
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.common.systemd import Notifier
 from swarm_onboard.gate.config import COMMAND, NODE, Config, load
 from swarm_onboard.gate.gate import Gate, run
-from swarm_onboard.gate.odometry import OdometryWatch
-from swarm_onboard.gate.power import PowerWatch
+from swarm_onboard.gate.robot_state import OdometryWatch, PowerWatch
 from swarm_onboard.gate.wiring import WiringWatch
 from swarm_onboard.ros import node as ros
 

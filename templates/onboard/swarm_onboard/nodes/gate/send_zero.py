@@ -17,10 +17,10 @@ from typing import Any, Mapping
 
 from swarm_onboard.common import slave
 from swarm_onboard.common.parameters import ConfigError
-from swarm_onboard.common.publication import Publication
+from swarm_onboard.common.tcpros import Publication
 from swarm_onboard.common.xmlrpc import Names, PeerError, bounded, loads, post
 from swarm_onboard.gate.config import Config, load
-from swarm_onboard.gate.messages import MD5, zero
+from swarm_onboard.gate.motion import MD5, zero
 
 _PATIENCE = 1.8  # s
 _LOOK_EVERY = 0.005  # s

@@ -16,8 +16,8 @@ from typing import Any
 
 from swarm_onboard.common import slave
 from swarm_onboard.common.parameters import ConfigError
-from swarm_onboard.common.publication import Publication
 from swarm_onboard.common.systemd import Notifier
+from swarm_onboard.common.tcpros import Publication
 from swarm_onboard.multimaster import diagnostics
 from swarm_onboard.multimaster.bridge import Bridge
 from swarm_onboard.multimaster.config import Config, load

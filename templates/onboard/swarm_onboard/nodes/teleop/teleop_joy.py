@@ -14,8 +14,7 @@ from swarm_onboard.common.systemd import Notifier
 from swarm_onboard.ros.arguments import own_arguments
 from swarm_onboard.teleop.config import Config, ConfigError, load
 from swarm_onboard.teleop.device import Device
-from swarm_onboard.teleop.driving import EndedError, Ending, Wanted, drive
-from swarm_onboard.teleop.fanout import Fanout
+from swarm_onboard.teleop.driving import EndedError, Ending, Fanout, Wanted, drive
 from swarm_onboard.teleop.gamepad import WAITING, Hand, Pad, Settings, look
 
 

@@ -12,8 +12,7 @@ from pathlib import Path
 
 from swarm_onboard.ros.arguments import own_arguments
 from swarm_onboard.teleop.config import Config, ConfigError, load
-from swarm_onboard.teleop.driving import EndedError, Ending, Wanted, drive
-from swarm_onboard.teleop.fanout import Fanout
+from swarm_onboard.teleop.driving import EndedError, Ending, Fanout, Wanted, drive
 from swarm_onboard.teleop.keyboard import END, HELP, Keys, Settings, decoded, line, pressed
 from swarm_onboard.teleop.terminal import Terminal
 

@@ -17,8 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from swarm_onboard.common.systemd import Notifier
-from swarm_onboard.tunnel.forwarding import forward_from
-from swarm_onboard.tunnel.interface import FRESH, Interface, WireguardError
+from swarm_onboard.tunnel.interface import FRESH, Interface, WireguardError, forward_from
 from swarm_onboard.tunnel.keys import Keys
 from swarm_onboard.tunnel.peers import chosen, config
 

@@ -1,10 +1,12 @@
-"""What a name may consist of. ``re`` takes longer to load than these checks."""
+"""Text from others: what a name may consist of, and how long a text in an answer is."""
 
 from __future__ import annotations
 
 TYPE_CHECKING = False
+
 if TYPE_CHECKING:
     from typing import Any
+
 
 _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 _FIRST = frozenset(_LETTERS + _LETTERS.upper() + "0123456789")
@@ -21,3 +23,9 @@ def is_name(value: Any, also: str, longest: int) -> bool:
         and value[0] in _FIRST
         and _FIRST.issuperset(set(value).difference(also))
     )
+
+
+def clipped(value: Any, longest: int = 200) -> str:
+    """Returns ``value`` as text of at most ``longest`` characters."""
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return text if len(text) <= longest else text[: longest - 3] + "..."
