@@ -80,7 +80,7 @@ def _hops(index: SwarmIndex, by: str, origin: str, to: str, robot: str) -> Itera
     yield Hop("host", origin)
     first, second = index.home[origin], index.home[to]
     if origin != to:
-        yield Hop("network", index.shared_networks(origin, to)[0])
+        yield Hop("network", index.network_at[index.shared_networks(origin, to)[0]].name)
     if first is second and middleware_of(first.distro).master_mb:
         yield Hop("master", first.name, f"on {first.hub}")
     elif first is not second:

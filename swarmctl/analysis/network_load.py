@@ -128,8 +128,9 @@ def network_budgets(index: SwarmIndex) -> Iterator[NetworkBudget]:
     """
     carried: dict[str, list[Flow]] = {link.name: [] for _, link in index.networks}
     for flow in _flows(index):
-        if shared := index.shared_networks(flow.origin, flow.to):
-            carried[shared[0]].append(flow)
+        on_host = flow.origin in index.spec.hosts
+        if on_host and (shared := index.shared_networks(flow.origin, flow.to)):
+            carried[index.network_at[shared[0]].name].append(flow)
     for one in ip_link_budgets(index):
         if one.network is not None:
             flow = Flow(f"{one.kind} link of {one.robot}", one.host, one.robot, one.needed_mbps * 1e6 / 8)

@@ -8,10 +8,10 @@ stands for its driver as well. Edges have a ``role`` and a ``label``:
 - ``commands`` leads from a commander to a robot, ``data`` from what publishes a topic to a program that
   subscribes to it. ``carriers`` are the nodes that it needs; without any, no network joins the two ends.
 
-Two hosts talk over any network that they share, and no host counts as a router; so a network is needed where
-it is the only one. Nodes find each other through their masters: open connections outlive a master, but
-nothing can join any more, and so what needs a dead master counts as lost; so it is with the multimaster
-between two islands. A middleware may have no masters.
+It extends the topology of the index: two hosts talk over any network that they share, and no host counts as
+a router; so a network is needed where it is the only one. Nodes find each other through their masters: open
+connections outlive a master, but nothing can join any more, and so what needs a dead master counts as lost;
+so it is with the multimaster between two islands. A middleware may have no masters.
 """
 
 from __future__ import annotations
@@ -110,9 +110,9 @@ class _Builder:
                 self._join(RUNS, node("host", island.hub), here)
 
     def _add_networks(self) -> None:
-        for _, link in self._index.networks:
+        for number, link in self._index.networks:
             network = self._add("network", link.name, link.kind)
-            for host in link.hosts:
+            for host in self._index.topology[number]:
                 self._join(NETWORK, node("host", host), network)
 
     def _add_programs(self) -> None:
@@ -199,7 +199,7 @@ class _Builder:
             shared = self._index.shared_networks(one, other) if one != other else ()
             if one != other and not shared:
                 return ()
-            found += [node("network", shared[0])] if len(shared) == 1 else []
+            found += [node("network", self._index.network_at[shared[0]].name)] if len(shared) == 1 else []
         if first is not second:
             joined = carrier(first, second)
             provider = self._multimasters.get(joined.name)

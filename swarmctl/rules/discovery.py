@@ -98,9 +98,8 @@ def one_sided_peers(context: RuleContext) -> Iterator[Diagnostic]:
 
 def multicast(context: RuleContext, one: str, other: str) -> bool | None:
     """Returns whether multicast passes between two hosts, or None if unknown."""
-    known = [
-        link.multicast for index, link in context.networks_of.get(one, ()) if other in context.members[index]
-    ]
+    shared = context.shared_networks(one, other) if one in context.spec.hosts else []
+    known = [context.network_at[index].multicast for index in shared]
     return True if True in known else None if None in known else False
 
 
@@ -209,7 +208,7 @@ def parted_islands(context: RuleContext) -> Iterator[Diagnostic]:
             if frozenset((one, other)) in seen:
                 continue
             seen.add(frozenset((one, other)))
-            if not any(other in context.members[index] for index, _ in context.networks_of[one]):
+            if not context.shared_networks(one, other):
                 yield Diagnostic(
                     "MM007",
                     f"`{bridge.topic}` is bridged from `{one}` to `{other}`, which share no network",

@@ -9,7 +9,7 @@ from swarmctl.links.network_link import Wlan
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.addresses import wanted_version
 from swarmctl.swarm.addresses import Subnet
-from swarmctl.swarm.wireguard_routes import networks_of
+from swarmctl.swarm.wireguard_routes import Networks
 from swarmctl.yamltext.edits import append_item, make_fix
 
 _SHOWN = 5  # hosts in a message
@@ -79,11 +79,12 @@ def _network_fix(context: RuleContext, name: str, hub: str) -> Fix | None:
 @rule("NET014")
 def hosts_alone(context: RuleContext) -> Iterator[Diagnostic]:
     """A host on no network, in a swarm of several hosts. NET001 reports hosts without their hub."""
-    if len(context.spec.hosts) == 1:
+    if len(context.spec.hosts) < 2:
         return
-    for name, networks in context.networks_of.items():
+    for name in context.spec.hosts:
         home = context.home.get(name)
-        if not networks and name not in context.jump_hosts and (home is None or len(home.hosts) == 1):
+        is_isolated = not context.topology[name] and (home is None or len(home.hosts) == 1)
+        if is_isolated and name not in context.jump_hosts:
             yield Diagnostic(
                 "NET014",
                 f"host `{name}` is on no network",
@@ -118,13 +119,13 @@ def _unreachable(context: RuleContext, pairs: Iterable[tuple[str, str]]) -> Iter
     WireGuard needs one address of the two, and answers where a packet came from.
     """
     strangers: dict[tuple[str, int], list[str]] = {}
-    sealed = networks_of(context) if context.spec.has_wireguard else None
+    sealed = Networks(context) if context.spec.has_wireguard else None
     for name, hub in pairs:
         if sealed is not None and sealed.joins(name, hub):
             continue
         if len(context.networks_of[name]) + len(context.networks_of[hub]) < 3:
             continue
-        joining = [index for index, _ in context.networks_of[name] if hub in context.members[index]]
+        joining = context.shared_networks(name, hub)
         for one, peer in ((name, hub), (hub, name)):
             if joining and _is_elsewhere(context, one, joining):
                 strangers.setdefault((one, joining[0]), []).append(peer)
@@ -188,8 +189,8 @@ def overlapping_networks(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _overlap(context: RuleContext, first: int, second: int) -> Iterator[Diagnostic]:
     one, other = context.network_at[first], context.network_at[second]
-    shared = context.members[first] & context.members[second]
-    both = next((host for host in other.hosts if host in shared), None)
+    hosts = set(one.hosts)
+    both = next((host for host in other.hosts if host in hosts), None)
     if both is None:
         return
     named = [f"`{link.name}` ({context.subnets[index]})" for index, link in ((first, one), (second, other))]
@@ -216,7 +217,7 @@ def isolated_clients(context: RuleContext) -> Iterator[Diagnostic]:
         return
     apart: dict[int, list[tuple[str, str]]] = {}
     for name, peer in dict.fromkeys(_communicating(context)):
-        joining = [index for index, _ in context.networks_of[name] if peer in context.members[index]]
+        joining = context.shared_networks(name, peer)
         if joining and isolated.issuperset(joining):
             apart.setdefault(joining[0], []).append((name, peer))
     for index, pairs in apart.items():
@@ -247,7 +248,7 @@ def jumps(context: RuleContext) -> Iterator[Diagnostic]:
         networks = context.networks_of[name]
         if host.via is None or not networks or not context.networks_of[host.via]:
             continue
-        if not any(host.via in context.members[index] for index, _ in networks):
+        if not context.meet(name, host.via):
             yield Diagnostic(
                 "NET015",
                 f"the jump host `{host.via}` shares no network with `{name}`",

@@ -228,17 +228,19 @@ def _fix(likely: LikelyNames, word: str, loc: Loc, meant: Guess, used: int) -> F
 def jump_loops(context: RuleContext) -> Iterator[Diagnostic]:
     """A chain of `via` that forms a loop."""
     hosts = context.spec.hosts
-    settled: set[str] = set()
-    for name in hosts:
-        passed: dict[str, None] = {}  # in their order
-        step: str | None = name
-        while step is not None and step not in settled and step not in passed:
-            passed[step] = None
-            step = hosts[step].via
-        settled.update(passed)
-        circle = list(passed)[list(passed).index(step) :] if step in passed else []
-        for place, one in enumerate(circle):
-            rest = [*circle[place + 1 :], *circle[:place]]
+    ways = {host.via for host in hosts.values()}
+    jumps = [(name, host.via) for name, host in hosts.items() if host.via is not None and name in ways]
+    if not jumps:
+        return
+    import networkx as nx  # noqa: PLC0415  (loads for 0.1 s, and few jump hosts need one themselves)
+
+    circles = nx.simple_cycles(nx.DiGraph(jumps))
+    loops = {
+        one: circle[place + 1 :] + circle[:place] for circle in circles for place, one in enumerate(circle)
+    }
+    for one, _ in jumps:
+        if one in loops:
+            rest = loops[one]
             shown = rest if len(rest) < _SHOWN else [*rest[:_SHOWN], "..."]
             way = " via ".join([one, *shown, one])
             yield Diagnostic(

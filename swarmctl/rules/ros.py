@@ -105,7 +105,9 @@ def discovery_within_hosts(context: RuleContext) -> Iterator[Diagnostic]:
     """A discovery that does not reach the other hosts of an island."""
     for island in context.islands:
         method, members = island.discovery.method, island.hosts
-        if len(members) > 1 and method == "local":
+        if len(members) < 2:
+            continue
+        if method == "local":
             yield Diagnostic(
                 "ROS005",
                 f"nodes of the {len(members)} hosts of `{island.name}` do not find each other: "
@@ -117,7 +119,8 @@ def discovery_within_hosts(context: RuleContext) -> Iterator[Diagnostic]:
         if method != "multicast":
             continue
         for index, link in context.networks:
-            if link.multicast is False and len(context.members[index].intersection(members)) > 1:
+            joined = {host for host in members if context.topology.has_edge(host, index)}
+            if link.multicast is False and len(joined) > 1:
                 yield Diagnostic(
                     "ROS005",
                     f"nodes do not find each other over `{link.name}`, which passes no multicast",
@@ -132,10 +135,10 @@ def discovery_within_hosts(context: RuleContext) -> Iterator[Diagnostic]:
 def multicast_storms(context: RuleContext) -> Iterator[Diagnostic]:
     """Discovery by multicast of many processes over one wlan."""
     for island in context.islands:
-        if island.discovery.method != "multicast":
+        if island.discovery.method != "multicast" or len(island.hosts) < 2:
             continue
         for index, link in context.networks:
-            joined = context.members[index].intersection(island.hosts)
+            joined = {host for host in island.hosts if context.topology.has_edge(host, index)}
             count = sum(context.ros_processes[host] for host in joined)
             if isinstance(link, Wlan) and link.multicast is not False and len(joined) > 1 and count > _MANY:
                 yield Diagnostic(

@@ -14,7 +14,7 @@ from swarmctl.swarm.addresses import Kind, kind
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.flow import peers_of
 from swarmctl.swarm.flows import ros_flows
-from swarmctl.swarm.wireguard_routes import networks_of
+from swarmctl.swarm.wireguard_routes import Networks
 
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[0-9]+")
 _PASSWORDS = {"password", "passwd", "passphrase", "psk"}
@@ -198,7 +198,7 @@ def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator
         for host, own in places.items()
     }
     if context.spec.has_wireguard:
-        networks = networks_of(context)
+        networks = Networks(context)
         apart = {
             host: [one for one in others if not (networks.joins(host, one) or networks.relay(host, one))]
             for host, others in apart.items()

@@ -19,9 +19,8 @@ def followers(context: RuleContext) -> Iterator[Diagnostic]:
     root = context.spec.time.root
     if root is None or root not in context.home:
         return
-    beside = {host for index, _ in context.networks_of[root] for host in context.members[index]} | {root}
     for name in context.home:
-        if name not in beside:
+        if not context.meet(name, root):
             yield Diagnostic(
                 "TIME001",
                 f"host `{name}` cannot synchronise its clock with `{root}`",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ from swarmctl.spec.model import Spec
 from swarmctl.swarm.clocks import followed
 from swarmctl.swarm.flow import Flow, Service
 from swarmctl.swarm.providers import provider_name
-from swarmctl.swarm.resolved import Bridge, Island, Swarm, alike
+from swarmctl.swarm.resolved import Bridge, Island, Swarm
 
 
 def ros_flows(spec: Spec, islands: Sequence[Island], bridges: Iterable[Bridge]) -> Iterator[Flow]:
@@ -24,7 +25,8 @@ def ros_flows(spec: Spec, islands: Sequence[Island], bridges: Iterable[Bridge]) 
     by_name = {island.name: island for island in islands}
     for (origin, to), topics in _crossing(bridges).items():
         yield from _between(spec, by_name[origin], by_name[to], ", ".join(topics))
-    discovering = [one for one in islands if len(alike(islands, one)) > 1 and _discovers(spec, one)]
+    alike = Counter(one.has_master for one in islands)
+    discovering = [one for one in islands if alike[one.has_master] > 1 and _discovers(spec, one)]
     if discovering:
         hubs = tuple(island.hub for island in discovering)
         for service in (Service.MASTER, Service.MULTIMASTER):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from swarmctl.links.ip_link import IpLink
 from swarmctl.links.link_base import Ends, Line, NetworkLink, RobotLink
@@ -37,6 +38,9 @@ from swarmctl.swarm.topics import (
     program_endpoints,
     sensors_of,
 )
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 
 class SwarmIndex:
@@ -236,19 +240,28 @@ class SwarmIndex:
         return networks
 
     @cached_property
-    def members(self) -> Mapping[int, frozenset[str]]:
-        """The hosts of every network, by its index."""
-        return {index: frozenset(link.hosts) for index, link in self.networks}
+    def topology(self) -> nx.Graph[Any]:
+        """The graph of hosts, by name, and networks, by index: each host has an edge to each of its networks.
+
+        It is bipartite: an edge for each pair of hosts would be 50 million in a network of 10 000.
+        """
+        import networkx as nx  # noqa: PLC0415  (loads for 0.1 s, and a swarm of one host does not need it)
+
+        graph: nx.Graph[Any] = nx.Graph()
+        graph.add_nodes_from((*self.spec.hosts, *self.network_at))
+        graph.add_edges_from(
+            (host, index) for host, networks in self.networks_of.items() for index, _ in networks
+        )
+        return graph
+
+    def shared_networks(self, one: str, other: str) -> list[int]:
+        """Returns the networks that two hosts share, by index. No host counts as a router."""
+        graph = self.topology
+        return [index for index in graph[one] if graph.has_edge(index, other)]
 
     def meet(self, one: str, other: str) -> bool:
-        """True if two hosts share a network. No host counts as a router."""
-        return one == other or any(other in self.members[index] for index, _ in self.networks_of[one])
-
-    def shared_networks(self, one: str, other: str) -> tuple[str, ...]:
-        """Returns the names of the networks that two hosts share; none for a program without a host."""
-        networks = self.networks_of.get(one, ())
-        shared = (link.name for index, link in networks if other in self.members[index])
-        return tuple(dict.fromkeys(shared))
+        """True if two hosts share a network, or are one."""
+        return one == other or bool(self.shared_networks(one, other))
 
     @cached_property
     def addresses(self) -> Mapping[str, Ip | None]:

@@ -31,7 +31,7 @@ from swarmctl.swarm.ros_drivers import launchable, placeholder_values
 from swarmctl.swarm.selectable import candidates_of
 from swarmctl.swarm.subnets import advertised, ros_address
 from swarmctl.swarm.wireguard_addresses import network_of
-from swarmctl.swarm.wireguard_routes import networks_of
+from swarmctl.swarm.wireguard_routes import Networks
 
 
 def resolve(document: Document) -> Swarm:
@@ -52,7 +52,7 @@ def resolve(document: Document) -> Swarm:
         keystore={path: content[path] for path in keystore.paths(spec) if path in content},
         security=spec.security,
         overlay=str(network_of(spec)) if sealed else "",
-        relays=networks_of(index).relays(peers_of(flows)) if sealed else {},
+        relays=Networks(index).relays(peers_of(flows)) if sealed else {},
         wireguard_keys=wireguard_keys.text_of(content.get(wireguard_keys.path(spec.name), b"")),
         ipv6=spec.ros.ipv6,
         hosts={name: _host(name, index) for name in spec.hosts},

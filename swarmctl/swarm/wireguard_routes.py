@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
-from swarmctl.swarm.addresses import Ip, Subnet
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Swarm
 
@@ -14,29 +14,47 @@ Relays = Mapping[str, Mapping[str, str]]
 
 @dataclass(frozen=True)
 class Networks:
-    """The hosts of each network with its subnet, the addresses of hosts, and those that relay, best first."""
+    """The networks of a spec, and which hosts exchange packets over them."""
 
-    members: Sequence[tuple[Collection[str], Subnet | None]]
-    addresses: Mapping[str, Ip | None]
-    candidates: Sequence[str]
+    index: SwarmIndex
+
+    @cached_property
+    def _candidates(self) -> tuple[str, ...]:
+        """The hosts that may relay, best first: hubs before hosts that are none."""
+        islands = self.index.islands
+        inside = (host for island in islands for host in island.hosts)
+        return tuple(dict.fromkeys((*(island.hub for island in islands), *inside)))
 
     def joins(self, one: str, other: str) -> bool:
         """Returns True if one of two hosts can send to the address of the other, which answers its sender."""
-        return not self.members or any(
-            one in hosts and other in hosts and self._has_address(subnet, one, other)
-            for hosts, subnet in self.members
+        on, addressed = self._joined, self._addressed
+        return not self.index.networks or not (
+            on[one].isdisjoint(addressed[other]) and addressed[one].isdisjoint(on[other])
         )
 
-    def _has_address(self, subnet: Subnet | None, *hosts: str) -> bool:
-        ips = [self.addresses[host] for host in hosts]
-        return subnet is None or any(ip is not None and ip in subnet for ip in ips)
+    @cached_property
+    def _joined(self) -> Mapping[str, frozenset[int]]:
+        """The networks of each host. As sets, because pairs of hosts are many."""
+        return {host: frozenset(self.index.topology[host]) for host in self.index.spec.hosts}
+
+    @cached_property
+    def _addressed(self) -> Mapping[str, frozenset[int]]:
+        """Those of them in which its address is, or whose subnet is not known."""
+        return {
+            host: frozenset(number for number in networks if self._has_address(number, host))
+            for host, networks in self._joined.items()
+        }
+
+    def _has_address(self, network: int, host: str) -> bool:
+        subnet, ip = self.index.subnets[network], self.index.addresses[host]
+        return subnet is None or (ip is not None and ip in subnet)
 
     def relay(self, one: str, other: str) -> str | None:
         """Returns the host through which two others exchange packets; None if no host can."""
         return next(
             (
                 host
-                for host in self.candidates
+                for host in self._candidates
                 if host not in (one, other) and self.joins(one, host) and self.joins(host, other)
             ),
             None,
@@ -50,14 +68,6 @@ class Networks:
                 if not self.joins(host, other) and (relay := self.relay(*sorted((host, other)))):
                     found.setdefault(host, {})[other] = relay
         return found
-
-
-def networks_of(index: SwarmIndex) -> Networks:
-    """Returns the networks of a spec. Hubs relay for others before hosts that are none."""
-    members = [(index.members[number], index.subnets[number]) for number, _ in index.networks]
-    hubs = [island.hub for island in index.islands]
-    inside = [host for island in index.islands for host in island.hosts]
-    return Networks(members, index.addresses, tuple(dict.fromkeys((*hubs, *inside))))
 
 
 def routes_of(swarm: Swarm, host: str) -> Mapping[str, tuple[str, ...]]:
