@@ -12,7 +12,7 @@ from swarmctl.render.middleware import middleware_of
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.providers import provider_name
-from swarmctl.swarm.resolved import Bridge, alike, carriers
+from swarmctl.swarm.resolved import Bridge, carriers, joinable
 
 _DRAWN = ("host", "robot", "program", "network")
 
@@ -123,8 +123,8 @@ def diagram(index: SwarmIndex) -> Diagram:
 def _providers(index: SwarmIndex) -> Iterator[str]:
     """The multimasters that join the islands; none with one island."""
     settings, islands = index.spec.multimaster, index.islands
-    between = carriers(islands, bridges_of(index))
-    joined = (one for one in islands if one.name in between or len(alike(islands, one)) > 1)
+    between = carriers(islands, bridges_of(index)) | joinable(islands)
+    joined = (one for one in islands if one.name in between)
     yield from dict.fromkeys(provider_name(settings, one.distro) for one in joined)
 
 

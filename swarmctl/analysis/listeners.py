@@ -9,7 +9,7 @@ from swarmctl.render.multimaster import provider_of
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import SSH, Listener, ssh_port
-from swarmctl.swarm.resolved import Island, alike
+from swarmctl.swarm.resolved import Island, joinable
 from swarmctl.swarm.ros_processes import ros_processes
 
 
@@ -21,10 +21,10 @@ def listeners(index: SwarmIndex) -> Iterator[Listener]:
     spec, islands = index.spec, index.islands
     for name in spec.hosts:
         yield Listener(name, ssh_port(spec, name), SSH, ("hosts", name, "port"))
-    processes = ros_processes(index)
+    processes, joined = ros_processes(index), joinable(islands)
     for island in islands:
         yield from middleware_of(island.distro).listeners(spec, island, processes)
-        if len(alike(islands, island)) > 1:
+        if island.name in joined:
             yield from provider_of(spec.multimaster, island.distro).listeners(spec, island)
     for number, ends in index.ip_links.items():
         link = ends.link
@@ -35,5 +35,6 @@ def listeners(index: SwarmIndex) -> Iterator[Listener]:
 
 def master_offsets(spec: Spec, islands: Collection[Island]) -> tuple[int, ...]:
     """Returns the ports that belong to a master, counted from its own."""
-    distros = {one.distro for one in islands if one.has_master and len(alike(islands, one)) > 1}
+    joined = joinable(islands)
+    distros = {one.distro for one in islands if one.has_master and one.name in joined}
     return (0, *sorted({port for one in distros for port in provider_of(spec.multimaster, one).offsets}))

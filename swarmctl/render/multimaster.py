@@ -18,7 +18,7 @@ from swarmctl.spec.ros_model import Multimaster
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, PortRange
 from swarmctl.swarm.providers import joins, provider_name
-from swarmctl.swarm.resolved import Host, Island, Swarm, alike
+from swarmctl.swarm.resolved import Host, Island, Swarm, joinable
 
 
 @dataclass(frozen=True)
@@ -157,10 +157,11 @@ def running_on(
     settings: Multimaster | None, islands: Sequence[Island], carriers: Collection[str]
 ) -> Mapping[str, MultimasterProvider]:
     """Returns the provider that the hub of each island runs, by island; ``carriers``: with bridged topics."""
+    joined = joinable(islands)
     providers = ((one, provider_of(settings, one.distro)) for one in islands)
     return {
         one.name: provider
         for one, provider in providers
         if provider is not _NONE
-        and (one.name in carriers or (not provider.only_receivers and len(alike(islands, one)) > 1))
+        and (one.name in carriers or (not provider.only_receivers and one.name in joined))
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -11,7 +10,7 @@ from swarmctl.spec.model import Spec
 from swarmctl.swarm.clocks import followed
 from swarmctl.swarm.flow import Flow, Service
 from swarmctl.swarm.providers import provider_name
-from swarmctl.swarm.resolved import Bridge, Island, Swarm
+from swarmctl.swarm.resolved import Bridge, Island, Swarm, joinable
 
 
 def ros_flows(spec: Spec, islands: Sequence[Island], bridges: Iterable[Bridge]) -> Iterator[Flow]:
@@ -25,8 +24,8 @@ def ros_flows(spec: Spec, islands: Sequence[Island], bridges: Iterable[Bridge]) 
     by_name = {island.name: island for island in islands}
     for (origin, to), topics in _crossing(bridges).items():
         yield from _between(spec, by_name[origin], by_name[to], ", ".join(topics))
-    alike = Counter(one.has_master for one in islands)
-    discovering = [one for one in islands if alike[one.has_master] > 1 and _discovers(spec, one)]
+    joined = joinable(islands)
+    discovering = [one for one in islands if one.name in joined and _discovers(spec, one)]
     if discovering:
         hubs = tuple(island.hub for island in discovering)
         for service in (Service.MASTER, Service.MULTIMASTER):

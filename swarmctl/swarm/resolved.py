@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
@@ -283,9 +284,10 @@ class Bridge:
     cause: str
 
 
-def alike(islands: Iterable[Island], island: Island) -> tuple[Island, ...]:
-    """Returns the islands with masters if ``island`` has one, else those without: a provider joins these."""
-    return tuple(one for one in islands if one.has_master == island.has_master)
+def joinable(islands: Collection[Island]) -> frozenset[str]:
+    """Returns the islands that a provider could join with others: those with masters, or those without."""
+    numbers = Counter(one.has_master for one in islands)
+    return frozenset(one.name for one in islands if numbers[one.has_master] > 1)
 
 
 def carriers(islands: Iterable[Island], bridges: Iterable[Bridge]) -> frozenset[str]:
