@@ -23,8 +23,8 @@ from deploy_cost.profile import start_agent
 from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health import collect
+from swarmctl.health.collect import request
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.probe_request import request
 from swarmctl.lab import paths
 from swarmctl.remote import agent_client
 from swarmctl.remote.ssh import SshTransport

@@ -4,15 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from swarmctl.analysis.bluetooth_load import BluetoothBudget, bluetooth_budgets
 from swarmctl.analysis.host_load import HostBudget, host_budgets
-from swarmctl.analysis.network_load import (
-    IpLinkBudget,
-    NetworkBudget,
-    ip_link_budgets,
-    network_budgets,
-)
-from swarmctl.analysis.radio_load import DongleBudget, dongle_budgets
+from swarmctl.analysis.network_load import IpLinkBudget, NetworkBudget, ip_link_budgets, network_budgets
+from swarmctl.analysis.radio_load import BluetoothBudget, DongleBudget, bluetooth_budgets, dongle_budgets
 from swarmctl.analysis.rosserial_load import RosserialBudget, rosserial_budgets
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.swarm.bridges import bridges_of

@@ -9,9 +9,8 @@ from typing import Any
 from swarmctl.analysis import swarm_graph
 from swarmctl.analysis.swarm_graph import COMMANDS, DATA, RUNS, Graph, node
 from swarmctl.render.middleware import middleware_of
-from swarmctl.swarm.bridges import bridges_of
+from swarmctl.swarm.bridges import bridges_of, provider_name
 from swarmctl.swarm.index import SwarmIndex
-from swarmctl.swarm.providers import provider_name
 from swarmctl.swarm.resolved import Bridge, carriers, joinable
 
 _DRAWN = ("host", "robot", "program", "network")

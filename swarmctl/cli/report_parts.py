@@ -85,8 +85,7 @@ class Parts:
 
     def logs(self, since: float) -> list[dict[str, Any]]:
         """The last entries of all hosts, in the order of time, as ``logs --json`` prints them."""
-        from swarmctl.health.host_logs import Question, host_logs
-        from swarmctl.health.log_entries import Merge
+        from swarmctl.health.host_logs import Merge, Question, host_logs
 
         question = Question(self.expected.swarm.name, dict.fromkeys(self.targets, ()), _LINES, since)
         merge = Merge()
@@ -132,7 +131,7 @@ class Parts:
 
     def motion(self) -> dict[str, Any]:
         """What shows bags of the swarm later: the topics on how robots move, and their start poses."""
-        from swarmctl.swarm.motion_topics import motion_topics
+        from swarmctl.swarm.topic_island import motion_topics
         from swarmctl.ui.messages import starts
 
         topics = motion_topics(self.expected.swarm)

@@ -9,8 +9,7 @@ from functools import cached_property
 from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
 
-from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
-from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedProgram, ExpectedRobot
 from swarmctl.health.name_conflicts import Conflict, Launched, conflicts
 from swarmctl.health.root_cause import HOST
 from swarmctl.remote.transport import HostError, Kind

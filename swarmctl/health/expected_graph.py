@@ -2,28 +2,153 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from swarmctl.health.expected_bridges import (
-    ExpectedBridge,
-    ExpectedMultimaster,
-    bridges_of,
-    multimaster_of,
-)
-from swarmctl.health.expected_programs import ExpectedProgram, programs_of
 from swarmctl.links.bluetooth_link import RfcommLine
-from swarmctl.render.middleware import DiscoveryServers, ExpectedDriver, middleware_at
+from swarmctl.render.bundle import package
+from swarmctl.render.middleware import DiscoveryServers, ExpectedDriver, middleware_at, middleware_of
+from swarmctl.render.multimaster import provider_of
 from swarmctl.resources import HostModule
 from swarmctl.robot_types.ros_driver import VELOCITIES
+from swarmctl.spec.program_model import Container
 from swarmctl.swarm import names
-from swarmctl.swarm.resolved import (
-    Commander,
-    Host,
-    Robot,
-    Swarm,
-)
+from swarmctl.swarm.resolved import Commander, Host, Island, Program, Robot, Swarm, carrier
+from swarmctl.swarm.topics import CLOCK, DIAGNOSTICS, DriverTopic
+
+
+@dataclass(frozen=True)
+class ExpectedProgram:
+    """A program and its unit. ``node`` is empty if nothing names it; topics are (name, type) pairs.
+
+    ``measured``: those that it publishes at a declared rate; ``provides``: services and actions, alike.
+    """
+
+    name: str
+    host: str
+    optional: bool
+    unit: str
+    node: str
+    packages: tuple[str, ...]  # without which it is skipped, where that is allowed
+    install_hint: str  # how the host gets these packages
+    publishes: tuple[tuple[str, str], ...]
+    subscribes: tuple[tuple[str, str], ...]
+    oneshot: bool = False  # it ends, and its exit code is checked
+    measured: tuple[DriverTopic, ...] = ()
+    container: Container | None = None
+    provides: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def gives_time(self) -> bool:
+        """True if nodes have their time from it, where time is simulated."""
+        return any(name == CLOCK for name, _ in self.publishes)
+
+
+def programs_of(swarm: Swarm, host: Host) -> tuple[ExpectedProgram, ...]:
+    """Returns the programs of ``host`` that systemd units start; interactive ones are not checked."""
+    programs = swarm.programs_on(host.name)
+    return tuple(_program(swarm, host, one) for one in programs if one.runs_by_itself)
+
+
+def _program(swarm: Swarm, host: Host, program: Program) -> ExpectedProgram:
+    declared = program.declared
+    needed = (
+        (*([declared.package] if declared.package else []), *declared.requires) if declared.optional else ()
+    )
+    packages = tuple(dict.fromkeys(needed))
+    middleware = middleware_at(swarm, host.name)
+    node = middleware.program(swarm, program)
+    return ExpectedProgram(
+        name=program.name,
+        host=host.name,
+        optional=declared.optional or host.optional,
+        unit=node.unit,
+        node=node.name,
+        packages=packages,
+        install_hint="; ".join(middleware.install_hints([package(one) for one in packages])),
+        publishes=node.publishes,
+        subscribes=node.subscribes,
+        oneshot=declared.lifecycle == "oneshot",
+        measured=node.measured,
+        container=declared.container,
+        provides=node.provides,
+    )
+
+
+@dataclass(frozen=True)
+class ExpectedBridge:
+    """A topic that island ``to`` receives from ``origin``. ``robots``: those whose drivers publish it.
+
+    ``relayed``: the hub publishes it there, under the names of the nodes in ``origin``.
+    """
+
+    topic: str
+    type: str
+    origin: str
+    origin_hub: str
+    to: str
+    hub: str
+    robots: tuple[str, ...] = ()
+    relayed: bool = False
+
+    @property
+    def subject(self) -> str:
+        """The name of the bridge in findings."""
+        return f"{self.topic} from {self.origin} to {self.to}"
+
+
+def bridges_of(swarm: Swarm) -> tuple[ExpectedBridge, ...]:
+    """Returns every bridged topic, once per pair of islands, in the order of the spec."""
+    islands = {island.name: island for island in swarm.islands}
+    robots = {robot.namespace: robot for robot in swarm.robots.values()}
+    found: dict[tuple[str, str, str], ExpectedBridge] = {}
+    for one in swarm.bridges:
+        origin = islands[one.origin]
+        publishing = tuple(robot.name for robot in _publishing(one.topic, swarm, origin, robots))
+        for to in map(islands.__getitem__, one.to):
+            relayed = provider_of(swarm.multimaster, carrier(origin, to).distro).relays
+            kind = middleware_of(to.distro).type_name(one.type)
+            bridge = ExpectedBridge(
+                one.topic, kind, one.origin, origin.hub, to.name, to.hub, publishing, relayed
+            )
+            found.setdefault((one.topic, one.origin, to.name), bridge)
+    return tuple(found.values())
+
+
+def _publishing(topic: str, swarm: Swarm, origin: Island, robots: Mapping[str, Robot]) -> Iterator[Robot]:
+    """The robots of ``origin`` whose drivers publish ``topic``. ``robots`` by namespace."""
+    if topic == DIAGNOSTICS:
+        yield from (robot for host in origin.hosts for robot in swarm.robots_on(host))
+        return
+    robot = next((robots[space] for space in names.above(topic) if space in robots), None)
+    if robot is None or robot.host not in origin.hosts:
+        return
+    if _publishes(robot, topic[len(robot.namespace) + 1 :]):
+        yield robot
+
+
+def _publishes(robot: Robot, topic: str) -> bool:
+    return any(one.name == topic for one in robot.topics)
+
+
+@dataclass(frozen=True)
+class ExpectedMultimaster:
+    """What joins a hub's master to others: its unit, its nodes, and which node reports its state."""
+
+    unit: str
+    nodes: tuple[str, ...]
+    reporter: str | None
+
+
+def multimaster_of(swarm: Swarm, hub: str, units: tuple[str, ...]) -> ExpectedMultimaster | None:
+    """Returns what ``hub`` runs to join its master to others; None if none of its ``units`` does."""
+    unit = names.unit(swarm.name, names.MULTIMASTER)
+    if unit not in units:
+        return None
+    island = swarm.island_of(hub)
+    nodes = provider_of(swarm.multimaster, island.distro).nodes(swarm, island)
+    return ExpectedMultimaster(unit, nodes.names, nodes.reporter)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from swarm_onboard.agent.observations import EndedSeen, LaunchedSeen, NodeSeen
 
-from swarmctl.health import node_faults
+from swarmctl.health import unit_faults
 from swarmctl.health.expected_graph import ExpectedHost
 from swarmctl.health.verdict import State, Verdict, bad, unknown
 
@@ -87,8 +87,8 @@ def _alive(program: Launched, host: ExpectedHost, seen: LaunchedSeen) -> Iterato
         if node is None or not node.registered:
             continue
         if not node.alive:
-            yield bad(f"{name} {node_faults.dead(host, node)}", restart)
-        elif other := node_faults.moved(host, node):
+            yield bad(f"{name} {unit_faults.dead(host, node)}", restart)
+        elif other := unit_faults.moved(host, node):
             yield bad(f"{name} {other}", f"check for a second node of this name; else {restart}")
 
 

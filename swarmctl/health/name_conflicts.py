@@ -9,7 +9,7 @@ from swarm_onboard.agent.observations import NodeSeen
 from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
-from swarmctl.health.node_faults import host_of
+from swarmctl.health.unit_faults import host_of
 
 NODE_NAME = "node name"
 _SETTLED = 60.0  # s after which a unit that lost its node has other reasons not to run

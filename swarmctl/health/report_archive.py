@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from swarmctl.analysis.diagram import Diagram
-from swarmctl.health.log_entries import Entry
+from swarmctl.health.host_logs import Entry
 from swarmctl.health.swarm_health import Look, Status
-from swarmctl.swarm.motion_topics import MotionTopics
+from swarmctl.swarm.topic_island import MotionTopics
 
 MOST_BYTES = 64 << 20  # of an archive, unpacked
 STATUS, LOOK, GRAPH, LOGS = "status.json", "look.json", "graph.json", "logs.jsonl"

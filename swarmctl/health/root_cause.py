@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import networkx as nx
 
-from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
-from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.expected_graph import ExpectedHost, ExpectedProgram, ExpectedRobot
 from swarmctl.health.verdict import State, Verdict
 
 HOST = "host"

@@ -6,9 +6,16 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, Literal, get_type_hints
 
-from pydantic import AfterValidator, GetCoreSchemaHandler, TypeAdapter, ValidationError, create_model
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    GetCoreSchemaHandler,
+    TypeAdapter,
+    ValidationError,
+    create_model,
+)
 from swarm_onboard.agent.observations import MasterSeen, NodeSeen
 from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
@@ -17,8 +24,7 @@ from swarmctl.health import launched_nodes
 from swarmctl.health.checks import authority, topic
 from swarmctl.health.checks import program as programs
 from swarmctl.health.checks.bridge import CHECK
-from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
-from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedProgram, ExpectedRobot
 from swarmctl.health.root_cause import Diagnosis, Finding
 from swarmctl.health.verdict import State
 from swarmctl.remote.transport import HostError
@@ -325,3 +331,18 @@ def _topic(wanted: DriverTopic, node: NodeSeen | None) -> TopicRow:
         wanted.rate,
         None if age is None else round(age, 2),
     )
+
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def status_schema() -> dict[str, Any]:
+    """Returns the schema, in draft 2020-12."""
+    finding = _model("Finding", {**get_type_hints(Finding), "key": str})
+    keys = {"v": Literal[1], "swarm": str, "healthy": bool, "hosts": list[HostRow], "findings": list[finding]}  # type: ignore[valid-type]
+    return {"$schema": DIALECT, **_model("Status", keys).model_json_schema(mode="serialization")}
+
+
+def _model(name: str, keys: dict[str, Any]) -> type[BaseModel]:
+    fields: dict[str, Any] = {key: (kind, ...) for key, kind in keys.items()}
+    return create_model(name, **fields)

@@ -17,7 +17,7 @@ from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.unknown_values import Unknown, is_secret
 from swarmctl.links.link_base import Line
 from swarmctl.plugins import LINK_KINDS
-from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
+from swarmctl.render.ros1.multimaster.fkie import FAMILIES
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_launchable import escaped
 from swarmctl.ros_packages.launch_files import Launched, Machine, Node, Place, Refusal, Setting, evaluate

@@ -10,10 +10,10 @@ from swarmctl.robot_types.ros_launchable import PlaceholderError, RosLaunchable,
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.ros_packages.launch_files import Launched, evaluate
 from swarmctl.spec.program_model import Program
+from swarmctl.swarm.addresses import ros_address
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.program_values import files_folder, secrets_folder
 from swarmctl.swarm.ros_drivers import placeholder_values
-from swarmctl.swarm.subnets import ros_address
 from swarmctl.yamltext.source import Loc
 
 _MAX_LAUNCHED = 50_000  # elements of all launch files together

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from swarm_onboard.agent.paths import READERS
 from swarm_onboard.agent.steps import Kind, Step
 
-from swarmctl.health import unit_conditions
+from swarmctl.health import unit_faults
 from swarmctl.plan import host_preparation, observed_host
 from swarmctl.plan.host_needs import install_hints
 from swarmctl.plan.observed_host import Observed
@@ -240,7 +240,7 @@ def _diffs(bundle: Bundle, observed: Observed) -> dict[str, str]:
 def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
     optional = {unit.name: unit for unit in bundle.units if unit.packages}
     skipped = [
-        (name, unit_conditions.explained(bundle.host, name, state.unmet))
+        (name, unit_faults.unmet_conditions(bundle.host, name, state.unmet))
         for name, state in observed.units.items()
         if state.skipped and state.unmet and name not in optional
     ]

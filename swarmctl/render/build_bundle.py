@@ -7,7 +7,7 @@ from dataclasses import fields
 from itertools import chain
 from typing import Any
 
-from swarmctl.render import bluetooth, maintenance_file
+from swarmctl.render import bluetooth, service_values
 from swarmctl.render.bundle import Bundle, File, Part, Unit
 from swarmctl.render.host_os import Preparation
 from swarmctl.render.middleware import middleware_at
@@ -42,7 +42,7 @@ def _swarm_parts(swarm: Swarm, host: Host, running: Mapping[str, MultimasterProv
     yield from level_of(swarm.security).swarm_parts(swarm, host)
     yield from bluetooth.parts(swarm, host)
     yield from middleware.robots(swarm, host, island)
-    yield maintenance_file.part(swarm, host)
+    yield service_values.maintenance_part(swarm, host)
     if host.name == island.hub and island.name in running:
         yield from running[island.name].parts(swarm, host, island)
     yield from middleware.programs(swarm, host)

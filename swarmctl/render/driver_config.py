@@ -2,20 +2,62 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from swarm_onboard.agent.paths import stop_file
 from swarm_onboard.driver import live_values
 from swarm_onboard.driver.live_values import shown_params
 
 from swarmctl.render import sketch
+from swarmctl.render.bundle import File
+from swarmctl.render.quoting import render, xml
 from swarmctl.render.yaml_params import entries, file_of
-from swarmctl.robot_types.driver_params import common_params, own_params
+from swarmctl.robot_types.driver_params import common_params, own_params, watchdog_of
 from swarmctl.swarm import names
 from swarmctl.swarm.command_topics import COMMAND_TYPE
-from swarmctl.swarm.resolved import Commander, ForeignDriver, Robot, SwarmctlDriver
+from swarmctl.swarm.resolved import Commander, ForeignDriver, Robot, Swarm, SwarmctlDriver
+from swarmctl.swarm.topics import WHEEL_JOINTS
+
+_FLAT = 0.02  # m; the height of a body of which nothing is known
+_NAMELESS = b'<robot name="">'
+Place = tuple[float, float, float, float]
+
+
+def urdf(robot: str, model: bytes) -> bytes:
+    """Returns the URDF of a robot: the ``model`` that it shares with others, and its name."""
+    return model.replace(_NAMELESS, f"<robot name={xml(robot)}>".encode(), 1)
+
+
+def model_of(params: Mapping[str, Any]) -> bytes:
+    """Returns the URDF, without a name, of the robots whose drivers read ``params``, in m and rad.
+
+    Its origin is the middle of the wheels' axis; link and joint names are without the robot's name, as
+    `robot_state_publisher` and RViz expect them beside a `tf_prefix`.
+    """
+    kinematics, places = params["kinematics"], list(_places(params["sensors"]))
+    radius, half = kinematics.get("wheel_radius"), kinematics["wheel_separation"] / 2
+    return render(
+        "robot.urdf",
+        robot="",
+        sensors=places,
+        body_radius=round(max([half, *(math.hypot(x, y) for x, y, _, _ in places)]), 4),
+        height=round(max([2 * radius if radius else _FLAT, *(place[2] for place in places)]), 4),
+        wheel_radius=radius,
+        wheels=tuple(zip(WHEEL_JOINTS, (half, -half), strict=True)) if radius else (),
+    )
+
+
+def _places(sensors: Mapping[str, Any]) -> Iterator[Place]:
+    """Yields x, y, z and the heading of every distance sensor and camera, on or off."""
+    for sensor in sensors.values():
+        for one in sensor.get("elements", ()):
+            yield one["x"], one["y"], one["z"], round(math.radians(one["heading_deg"]), 4)
+        if sensor["kind"] == "image":
+            yield sensor["x"], sensor["y"], sensor["z"], 0.0
 
 
 def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "") -> tuple[bytes, bytes]:
@@ -132,3 +174,34 @@ def remapped(robot: Robot, driver: ForeignDriver) -> dict[str, str]:
     kept = {old: new for old, new in ros.remap.items() if names.resolved(old, node, {}) != full}
     command = ros.command if ros.command.startswith("~") else full
     return {**kept, command: f"{robot.namespace}/{names.GATE_OUTPUT}"}
+
+
+def config_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[File]:
+    """Yields the files that the driver of ``robot`` reads."""
+    content, fixed = parameters(robot, driver, stop_file(swarm.name, robot.name))
+    yield File(params_path(robot), content, origin=f"robots.{robot.name}", fixed=fixed)
+    own = robot.urdf.content if robot.urdf is not None else None
+    made = own if own is not None else urdf(robot.name, _model(tuned(robot, driver)))
+    yield File(urdf_path(robot), made, origin=f"robots.{robot.name}")
+    if driver.codec:
+        yield File(codec_path(robot), driver.codec, origin=f"types.{robot.type_name}")
+
+
+def watchdog(robot: Robot, driver: SwarmctlDriver) -> str:
+    """Returns the time after which the driver of ``robot`` hangs, s."""
+    return _watchdog(tuned(robot, driver))
+
+
+def publishes_start(robot: Robot) -> bool:
+    """True if a node of swarmctl publishes the transform from `map` to the robot's start."""
+    return robot.start is not None and (robot.gated or isinstance(robot.driver, SwarmctlDriver))
+
+
+@lru_cache(maxsize=1024)
+def _model(shared: Tuned) -> bytes:
+    return model_of(shared.params)
+
+
+@lru_cache(maxsize=1024)
+def _watchdog(shared: Tuned) -> str:
+    return f"{watchdog_of(shared.driver.type, shared.baud, shared.robot.settings):.3g}"

@@ -10,8 +10,8 @@ from swarmctl.render.bundle import File
 from swarmctl.render.driver_config import commander_params
 from swarmctl.render.yaml_params import params_file
 from swarmctl.swarm import names
+from swarmctl.swarm.resolve import power_topics
 from swarmctl.swarm.resolved import ForeignDriver, Robot, Swarm
-from swarmctl.swarm.robot_maintenance import power_topics
 
 RATE = 10.0  # Hz at which the velocity in force is repeated: a driver's own dead-man is longer than 0.1 s
 REPORTS = 1.0  # Hz

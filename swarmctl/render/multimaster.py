@@ -16,8 +16,8 @@ from swarmctl.render.middleware import Capability
 from swarmctl.spec.model import Spec
 from swarmctl.spec.ros_model import Multimaster
 from swarmctl.swarm import names
+from swarmctl.swarm.bridges import joins, provider_name
 from swarmctl.swarm.ports import Listener, PortRange
-from swarmctl.swarm.providers import joins, provider_name
 from swarmctl.swarm.resolved import Host, Island, Swarm, joinable
 
 

@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from typing import Any
 
-from swarmctl.render.bundle import ROOT
+from swarm_onboard.agent.motion_gate import TERMS_FILE
+
+from swarmctl.render.bundle import ROOT, File, Part
 from swarmctl.render.security_level import level_of
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import is_ipv6
 from swarmctl.swarm.flow import Service
 from swarmctl.swarm.resolved import Host, Island, Swarm
+
+
+def maintenance_part(swarm: Swarm, host: Host) -> Part:
+    """Returns the file with the terms; no file where none is set. No unit reads it, so none restarts."""
+    terms = {
+        one.name: {
+            "idle": one.maintenance.idle or 0.0,
+            "battery": one.maintenance.battery or 0.0,
+            **({"docked": True} if one.maintenance.docked else {}),
+        }
+        for one in swarm.robots_on(host.name)
+        if one.maintenance.model_fields_set
+    }
+    if not terms:
+        return Part()
+    content = json.dumps(terms, sort_keys=True, indent=1) + "\n"
+    return Part(files=(File(TERMS_FILE, content.encode(), origin="maintenance"),))
+
 
 DDS_GROUP = "239.255.0.1"  # OMG DDSI-RTPS 2.5, 9.6.1.4.1
 #: Over IPv6 each implementation has a group of its own: Fast DDS 2.6 to 3.2, Cyclone DDS 0.10.

@@ -17,12 +17,12 @@ from swarmctl.swarm.addresses import (
     kind,
     means_self,
     normal,
+    ros_address,
     scheme,
     smallest_subnet,
 )
 from swarmctl.swarm.ports import ssh_port
 from swarmctl.swarm.resolved import Island
-from swarmctl.swarm.subnets import ros_address
 
 _LARGEST = 8  # bits that the addresses of the largest private network have in common (RFC 1918)
 _UNFIT = (Kind.UNSPECIFIED, Kind.GROUP, Kind.RESERVED)

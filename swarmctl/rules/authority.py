@@ -8,9 +8,9 @@ from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.render.middleware import middleware_of
 from swarmctl.spec.model import Mode
+from swarmctl.swarm.addresses import advertised
 from swarmctl.swarm.command_topics import SENDABLE
 from swarmctl.swarm.resolved import appears_on
-from swarmctl.swarm.subnets import advertised
 from swarmctl.swarm.topics import Endpoint
 from swarmctl.yamltext.edits import append_item, make_fix, remove, set_key
 

@@ -5,8 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
-from swarmctl.analysis.bluetooth_load import MOST, STABLE, BluetoothBudget, bluetooth_budgets, spread
-from swarmctl.analysis.radio_load import dongle_budgets, dongle_links
+from swarmctl.analysis.radio_load import (
+    MOST,
+    STABLE,
+    BluetoothBudget,
+    bluetooth_budgets,
+    dongle_budgets,
+    dongle_links,
+    spread,
+)
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.links.radio_link import Radio
 from swarmctl.linter.context import RuleContext, rule

@@ -10,8 +10,8 @@ from swarmctl.linter.context import RuleContext, rule
 from swarmctl.render.multimaster import Discovery, provider_of, providers_with
 from swarmctl.spec.ros_model import Multimaster
 from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.swarm.bridges import provider_name
 from swarmctl.swarm.modes import MULTIMASTER
-from swarmctl.swarm.providers import provider_name
 from swarmctl.yamltext.edits import append_item, make_fix, remove, replace_value
 from swarmctl.yamltext.source import Loc
 

@@ -17,8 +17,7 @@ from swarmctl.rules.devices import FACTORY, INTERFACE
 from swarmctl.rules.opened_devices import Opened, opened_twice
 from swarmctl.spec.references import rename, renaming
 from swarmctl.swarm import names
-from swarmctl.swarm.addresses import Subnet, normal
-from swarmctl.swarm.ip_links import IpEnds
+from swarmctl.swarm.addresses import IpEnds, Subnet, normal
 from swarmctl.yamltext.edits import make_fix, replace_value
 
 _LOCALHOST = "localhost"

@@ -14,8 +14,7 @@ from swarmctl.ros_packages.launch_files import FIND
 from swarmctl.ros_packages.parameters import ParameterFileError, read_file
 from swarmctl.rules.parameters import reader_of
 from swarmctl.spec.program_model import Program, Template
-from swarmctl.swarm.file_templates import TemplateError, rendered
-from swarmctl.swarm.program_values import template_values
+from swarmctl.swarm.program_values import TemplateError, rendered, template_values
 from swarmctl.swarm.recordings import record_words
 from swarmctl.swarm.resolve import resolve
 from swarmctl.swarm.resolved import Swarm

@@ -9,7 +9,7 @@ from itertools import pairwise
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.render.security_level import level_of
-from swarmctl.swarm import wireguard_addresses
+from swarmctl.swarm import addresses
 from swarmctl.swarm.addresses import Kind, kind
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.flow import peers_of
@@ -315,7 +315,7 @@ def overlays(context: RuleContext) -> Iterator[Diagnostic]:
                 help=("remove it, or write `security: sealed`",),
             )
         return
-    network = wireguard_addresses.network_of(spec)
+    network = addresses.wireguard_network(spec)
     choose = (f"write another network, such as `overlay: {_OTHER}`",)
     place = context.span("overlay") if spec.overlay is not None else context.span("security")
     taken = {name: ip for name, ip in context.addresses.items() if ip is not None and ip in network}
@@ -325,7 +325,7 @@ def overlays(context: RuleContext) -> Iterator[Diagnostic]:
         yield Diagnostic("SEC010", f"{network} is the network of WireGuard, and {other}", place, help=choose)
     by_address: dict[object, str] = {}
     for name in context.home:
-        first = by_address.setdefault(wireguard_addresses.address_of(spec, name), name)
+        first = by_address.setdefault(addresses.wireguard_address(spec, name), name)
         if first != name:
             what = f"hosts `{first}` and `{name}` would have the same address in {network}"
             yield Diagnostic("SEC010", what, place, help=choose)

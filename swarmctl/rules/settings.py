@@ -18,7 +18,7 @@ from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.sensors import Battery, Image
 from swarmctl.robot_types.settings import Limits, RobotSettings
 from swarmctl.swarm import names
-from swarmctl.swarm.robot_maintenance import maintenance_of, power_topics
+from swarmctl.swarm.resolve import maintenance_of, power_topics
 from swarmctl.swarm.topics import declared_topics
 from swarmctl.yamltext.edits import make_fix, remove
 from swarmctl.yamltext.source import Loc

@@ -7,9 +7,9 @@ modes: the commanders in `control`, and below all of them the robot's own progra
 from __future__ import annotations
 
 from swarmctl.spec.model import Mode, Spec
+from swarmctl.swarm.addresses import advertised
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Commander, Island, appears_on
-from swarmctl.swarm.subnets import advertised
 
 OWN = -1  # the priority of a robot's own programs: below every priority that `control` accepts
 

@@ -4,9 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS
+from swarmctl.spec.ros_model import Multimaster
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Bridge
 from swarmctl.swarm.topic_origins import Publishers
+
+
+def provider_name(settings: Multimaster | None, distro: str) -> str:
+    """Returns the provider that ``settings`` name if it joins islands of ``distro``, else that of the
+    middleware; empty if it has none."""
+    named = settings and settings.provider
+    return named if named and joins(named, distro) else MIDDLEWARES.get(distro).multimaster
+
+
+def joins(provider: str, distro: str) -> bool:
+    """Returns True if ``provider`` joins islands of ``distro``."""
+    needs = MULTIMASTERS.get(provider).needs
+    return needs is None or needs in MIDDLEWARES.get(distro).capabilities
 
 
 def bridges_of(index: SwarmIndex) -> tuple[Bridge, ...]:

@@ -24,12 +24,10 @@ from swarmctl.spec.load import Document
 from swarmctl.spec.model import Computer, Spec
 from swarmctl.spec.program_model import Program
 from swarmctl.swarm import modes, names
-from swarmctl.swarm.addresses import Ip, Subnet
+from swarmctl.swarm.addresses import Ip, IpEnds, Subnet, addresses_of, ends_of, subnet_sources_of, subnets_of
 from swarmctl.swarm.command_topics import CommandTopic, command_topic, is_gated
-from swarmctl.swarm.ip_links import IpEnds, ends_of
 from swarmctl.swarm.resolved import Island, island_by_host
 from swarmctl.swarm.ros_drivers import placeholder_values, ros_driver_of
-from swarmctl.swarm.subnets import addresses_of, subnet_sources_of, subnets_of
 from swarmctl.swarm.topics import (
     DriverTopic,
     Endpoint,

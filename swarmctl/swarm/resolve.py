@@ -1,37 +1,58 @@
-"""Resolves a document to a Swarm. The document must have no errors."""
+"""Resolves a document to a Swarm. The document must have no errors.
+
+A gate measures `battery` and `docked` by topics of the driver.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.links.link_base import Device, RobotLink
 from swarmctl.spec import keystore, wireguard_keys
 from swarmctl.spec.load import Document
+from swarmctl.spec.model import NO_TERMS, Maintenance, Spec
 from swarmctl.spec.ros_model import Multimaster
+from swarmctl.spec.selection_candidates import Candidates
+from swarmctl.spec.selection_expansion import candidates_in
+from swarmctl.swarm.addresses import advertised, ros_address, wireguard_network
 from swarmctl.swarm.authority import Authority, commanded_by
 from swarmctl.swarm.bridges import bridges_of
-from swarmctl.swarm.clocks import time_root
 from swarmctl.swarm.flow import peers_of
-from swarmctl.swarm.flows import ros_flows
+from swarmctl.swarm.flows import ros_flows, time_root
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import ssh_port
-from swarmctl.swarm.resolved import (
-    ForeignDriver,
-    Host,
-    Network,
-    Program,
-    Robot,
-    Swarm,
-    SwarmctlDriver,
-)
-from swarmctl.swarm.robot_maintenance import maintenance_of
+from swarmctl.swarm.resolved import ForeignDriver, Host, Network, Program, Robot, Swarm, SwarmctlDriver
 from swarmctl.swarm.robot_urdfs import urdfs_of
 from swarmctl.swarm.ros_drivers import launchable, placeholder_values
-from swarmctl.swarm.selectable import candidates_of
-from swarmctl.swarm.subnets import advertised, ros_address
-from swarmctl.swarm.wireguard_addresses import network_of
+from swarmctl.swarm.topics import MESSAGES, DriverTopic
 from swarmctl.swarm.wireguard_routes import Networks
+
+
+def candidates_of(index: SwarmIndex) -> Candidates:
+    """Returns what can be selected in a document without errors."""
+    found = candidates_in(index.document.source.root)
+    return replace(
+        found,
+        robots={name: replace(one, host=index.driving[name]) for name, one in found.robots.items()},
+        programs={name: replace(one, host=index.program_hosts[name]) for name, one in found.programs.items()},
+    )
+
+
+def maintenance_of(spec: Spec, robot: str) -> Maintenance:
+    """Returns the terms that hold for ``robot``; a term that asks for nothing is None."""
+    layers = [one for one in (spec.maintenance, spec.robots[robot].maintenance) if one is not NO_TERMS]
+    wanted = {key: value for one in layers for key, value in one.model_dump(exclude_none=True).items()}
+    return Maintenance(**{key: value for key, value in wanted.items() if value}) if wanted else NO_TERMS
+
+
+def power_topics(topics: Iterable[DriverTopic]) -> tuple[str | None, str | None]:
+    """Returns the topics of a driver with its robot's battery, and with whether it is docked."""
+    found = [(one.name, one.type) for one in topics]
+    battery = next((name for name, kind in found if kind == MESSAGES["battery"]), None)
+    docked = (name for name, kind in found if kind == "std_msgs/Bool" and name.split("/")[-1] == "docked")
+    return battery, next(docked, None)
 
 
 def resolve(document: Document) -> Swarm:
@@ -51,7 +72,7 @@ def resolve(document: Document) -> Swarm:
         sros2=spec.ros.sros2,
         keystore={path: content[path] for path in keystore.paths(spec) if path in content},
         security=spec.security,
-        overlay=str(network_of(spec)) if sealed else "",
+        overlay=str(wireguard_network(spec)) if sealed else "",
         relays=Networks(index).relays(peers_of(flows)) if sealed else {},
         wireguard_keys=wireguard_keys.text_of(content.get(wireguard_keys.path(spec.name), b"")),
         ipv6=spec.ros.ipv6,

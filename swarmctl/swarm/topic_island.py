@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+from swarmctl.robot_types.ros_driver import VELOCITIES
 from swarmctl.swarm import names
+from swarmctl.swarm.resolve import power_topics
 from swarmctl.swarm.resolved import Commander, Island, Robot, Swarm, SwarmctlDriver
+from swarmctl.swarm.topics import MESSAGES
 
 
 def full_name(topic: str) -> str:
@@ -42,3 +47,27 @@ def is_guarded(robot: Robot) -> bool:
 def commander_at(robot: Robot, address: str) -> Commander | None:
     """Returns the first commander of ``robot`` to which every node at ``address`` belongs, if one does."""
     return next((one for one in robot.commanders if one.includes("", address)), None)
+
+
+@dataclass(frozen=True)
+class MotionTopics:
+    """Full names of a robot's topics; empty for none. Its ``command`` is a Twist or a TwistStamped."""
+
+    odometry: str
+    command: str
+    battery: str
+
+
+def motion_topics(swarm: Swarm) -> dict[str, MotionTopics]:
+    """The topics of each robot."""
+    found = {}
+    for name, robot in swarm.robots.items():
+        odometry = next((one.name for one in robot.topics if one.type == MESSAGES["wheels"]), None)
+        battery, _ = power_topics(robot.topics)
+        command = robot.command
+        found[name] = MotionTopics(
+            robot.full_name(odometry) if odometry else "",
+            command.topic if command and command.type in VELOCITIES else "",
+            robot.full_name(battery) if battery else "",
+        )
+    return found

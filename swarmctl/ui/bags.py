@@ -11,7 +11,7 @@ from typing import Any
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.typesys import Stores, get_typestore
 
-from swarmctl.swarm.motion_topics import MotionTopics
+from swarmctl.swarm.topic_island import MotionTopics
 from swarmctl.views.recordings import repair
 
 #: Time, s since 1970; pose in m, m, rad; driven and commanded, each m/s and rad/s; battery, 0 to 1.

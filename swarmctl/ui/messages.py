@@ -9,7 +9,7 @@ from typing import Any
 
 from swarm_onboard.agent.verbs.telemetry import Telemetry
 
-from swarmctl.health.log_entries import Entry, Merge
+from swarmctl.health.host_logs import Entry, Merge
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import Status
 from swarmctl.health.verdict import State

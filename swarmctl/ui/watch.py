@@ -16,11 +16,9 @@ from swarm_onboard.agent.verbs.probe import Answer, Request
 from swarm_onboard.agent.verbs.telemetry import RobotTelemetry, Telemetry
 from swarm_onboard.ros2_probe import discovery
 
-from swarmctl.health.collect import probed
+from swarmctl.health.collect import probed, request
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
-from swarmctl.health.host_logs import VERBS, HostReader, Question
-from swarmctl.health.log_entries import Entry
-from swarmctl.health.probe_request import request
+from swarmctl.health.host_logs import VERBS, Entry, HostReader, Question
 from swarmctl.remote import agent_client
 from swarmctl.remote.answer_check import of_note
 from swarmctl.remote.ask import ask

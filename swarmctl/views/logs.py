@@ -7,7 +7,7 @@ from datetime import datetime, timezone
 
 from rich.text import Text
 
-from swarmctl.health.log_entries import Entry
+from swarmctl.health.host_logs import Entry
 from swarmctl.views.escape import printable
 
 _COLOURS = ("cyan", "green", "magenta", "blue", "bright_cyan", "bright_green", "bright_magenta")

@@ -8,7 +8,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from swarmctl.health.unit_costs import UnitCost
+from swarmctl.health.host_costs import UnitCost
 from swarmctl.remote.transport import HostError
 from swarmctl.views.escape import printable
 

@@ -9,10 +9,10 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmctl.analysis.bluetooth_load import MOST, STABLE, BluetoothBudget, spread
 from swarmctl.analysis.budgets import budgets_of
 from swarmctl.analysis.host_load import host_budgets
 from swarmctl.analysis.network_load import network_budgets, on_the_wire
+from swarmctl.analysis.radio_load import MOST, STABLE, BluetoothBudget, spread
 from swarmctl.analysis.rosserial_load import program_budget, rosserial_budgets
 from swarmctl.analysis.serial_load import Exchange, SerialLoad, load_of, serial_budgets
 from swarmctl.linter.runner import lint

@@ -19,8 +19,7 @@ from swarmctl import streams
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.health import host_logs
-from swarmctl.health.host_logs import HostLog
-from swarmctl.health.log_entries import Entry
+from swarmctl.health.host_logs import Entry, HostLog
 from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Kind
 

@@ -25,8 +25,7 @@ from swarmctl.deploy import rollout
 from swarmctl.deploy.deployment import Deployment, ObservedHost
 from swarmctl.deploy.outcome import Removed
 from swarmctl.health import collect, host_logs
-from swarmctl.health.host_logs import HostLog
-from swarmctl.health.log_entries import Entry
+from swarmctl.health.host_logs import Entry, HostLog
 from swarmctl.plan.observed_host import NOTHING
 from swarmctl.plan.plan import HostPlan, Plan, Problem
 from swarmctl.remote import host_commands

@@ -21,12 +21,11 @@ from swarmctl.cli.app import run
 from swarmctl.cli.where import Where
 from swarmctl.deploy import host_records, observe_host, rollout
 from swarmctl.health import collect, host_logs, report_archive
-from swarmctl.health.host_logs import HostLog
-from swarmctl.health.log_entries import Entry
+from swarmctl.health.host_logs import Entry, HostLog
 from swarmctl.plan.plan import HostPlan, Plan
 from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Kind, Target
-from swarmctl.swarm.motion_topics import MotionTopics
+from swarmctl.swarm.topic_island import MotionTopics
 from tests.health.swarm_values import HOSTS, K3_PI, LAPTOP, all_well, graph, with_device
 
 PIN = "pin-71#4"

@@ -11,7 +11,7 @@ import pytest
 from swarmctl.cli import console, exit_codes
 from swarmctl.cli.app import run
 from swarmctl.health import host_costs
-from swarmctl.health.unit_costs import UnitCost
+from swarmctl.health.host_costs import UnitCost
 from tests.cli.test_width import Terminal
 
 

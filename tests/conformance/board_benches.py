@@ -10,8 +10,7 @@ from swarm_onboard.driver.config import Config
 from swarmctl.conformance.bench import NotStoppedError
 from swarmctl.conformance.bench_runner import BOARD_CHECKS, Checks, run_checks
 from swarmctl.conformance.board_bench import BoardBench
-from swarmctl.conformance.driver_core import config_for
-from swarmctl.conformance.results import Result
+from swarmctl.conformance.results import Result, config_for
 from swarmctl.lab.emulators import VirtualPort
 from swarmctl.lab.emulators.arduino_rover import BUFFER, PUBLISHERS, SLOTS, SUBSCRIBERS, ArduinoRover
 from swarmctl.lab.emulators.robot import NoticesPort, Robot

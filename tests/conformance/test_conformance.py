@@ -16,9 +16,8 @@ from swarm_onboard.driver.port import PortError
 from swarmctl.conformance import driver_checks, motion_checks, protocol_checks
 from swarmctl.conformance.bench import NotStoppedError, Pace
 from swarmctl.conformance.bench_runner import POLLED_CHECKS, run_checks
-from swarmctl.conformance.driver_core import config_for
 from swarmctl.conformance.polled_bench import PolledBench
-from swarmctl.conformance.results import Result, Verdict, passed
+from swarmctl.conformance.results import Result, Verdict, config_for, passed
 from swarmctl.lab.emulators import emulator
 from swarmctl.lab.emulators.emulator_lookup import EMULATED_AS
 from swarmctl.lab.emulators.serial_faults import Faults

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
+from swarmctl.render.ros1.multimaster.fkie import FAMILIES
 from swarmctl.swarm.resolved import Swarm
 from tests.e2e.lab_masters import Registrations, allowed, crossed, due, registered
 from tests.e2e.lab_needs import workspace_with

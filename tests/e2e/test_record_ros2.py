@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli import exit_codes
-from swarmctl.swarm.motion_topics import motion_topics
+from swarmctl.swarm.topic_island import motion_topics
 from swarmctl.ui import bags
 from tests.e2e.bags import FOLDER, ended, forget, is_recording, messages
 from tests.e2e.lab_needs import skip_without_wheels

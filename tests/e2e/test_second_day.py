@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from swarmctl.cli import exit_codes
 from swarmctl.health import report_archive
-from swarmctl.health.log_entries import Entry
+from swarmctl.health.host_logs import Entry
 from swarmctl.lab import lab
 from tests.e2e.bags import ended, forget, is_recording, messages
 from tests.e2e.lab_swarm import LEADER, SWARMCTL, LabSwarm, until

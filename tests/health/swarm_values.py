@@ -11,13 +11,7 @@ from swarm_onboard.agent.observations import DeviceSeen, MasterSeen, NodeSeen, R
 from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
 
-from swarmctl.health.expected_graph import (
-    ExpectedGraph,
-    ExpectedHost,
-    ExpectedRobot,
-    Release,
-    expected_graph,
-)
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot, Release, expected_graph
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT

@@ -11,10 +11,9 @@ from swarm_onboard.agent.observations import PeerSeen, SenderSeen, UnconnectedSe
 from swarm_onboard.agent.verbs.probe import Answer
 from swarm_onboard.host_checks.address import Seen as AddressSeen
 
+from swarmctl.health.collect import request
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.expected_graph import ExpectedGraph
-from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.probe_request import request
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedProgram
 from swarmctl.health.root_cause import Diagnosis
 from tests.health import swarm_values as leader
 from tests.health import test_bridge_checks as isles

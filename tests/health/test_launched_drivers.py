@@ -9,9 +9,9 @@ from swarm_onboard.agent.observations import LaunchedSeen, NodeSeen, TopicSeen
 from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.checks import driver, topic
+from swarmctl.health.collect import request
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, Release, expected_graph
 from swarmctl.health.launched_nodes import publisher
-from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
 from swarmctl.health.verdict import State

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from swarm_onboard.agent.observations import MasterSeen, PingSeen
 
+from swarmctl.health.collect import request
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.probe_request import request
 from tests.health import test_bridge_checks as isles
 from tests.health.faults import shape
 from tests.health.swarm_values import K3_PI, LAPTOP, all_well, graph, with_node

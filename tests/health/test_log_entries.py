@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from swarm_onboard.agent.verbs import logs
 from swarm_onboard.ros1_probe.client import CALLER
 
-from swarmctl.health import log_entries
-from swarmctl.health.log_entries import WINDOW, Choice, Entry, Merge
+from swarmctl.health import host_logs
+from swarmctl.health.host_logs import WINDOW, Choice, Entry, Merge
 
 NOW = datetime(2026, 11, 26, 22, 0, tzinfo=timezone.utc)
 ROSPY = "[INFO] [1795919558.700696]: topic[/k3/odom]"
@@ -64,14 +64,14 @@ def logged(host: str, at: float, message: str, level: str = "info") -> Entry:
 def test_the_text_of_ros_decides_the_level_before_the_priority(
     message: str, priority: int, level: str
 ) -> None:
-    found = log_entries.entry_of(read(message, priority), "pi", "s", 0.0)
+    found = host_logs.entry_of(read(message, priority), "pi", "s", 0.0)
     assert (found.level, found.source) == (level, "k3")
 
 
 @given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 1000))))
 def test_entries_come_in_true_order_whatever_the_clocks_say(written: list[tuple[int, int]]) -> None:
     entries = [
-        log_entries.entry_of(read("m", at=at + 100 + OFFSETS[host]), str(host), "s", OFFSETS[host])
+        host_logs.entry_of(read("m", at=at + 100 + OFFSETS[host]), str(host), "s", OFFSETS[host])
         for host, at in written
     ]
     times = [round(entry.time) - 100 for entry in merged(*entries)]
@@ -101,7 +101,7 @@ def test_a_silent_host_holds_up_nobody() -> None:
 
 
 def test_a_flood_does_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(log_entries, "MOST_PENDING", 3)
+    monkeypatch.setattr(host_logs, "MOST_PENDING", 3)
     merge = Merge()
     for number in range(5):
         merge.add(logged("a", float(number), "m"), 0.0)
@@ -128,7 +128,7 @@ def test_lines_that_do_not_belong_together_stay_apart(later: Entry) -> None:
 
 
 def test_colours_are_no_part_of_a_message() -> None:
-    found = log_entries.entry_of(read("\x1b[33m[ WARN] [1.0]: low\x1b[0m"), "pi", "s", 0.0)
+    found = host_logs.entry_of(read("\x1b[33m[ WARN] [1.0]: low\x1b[0m"), "pi", "s", 0.0)
     assert found.message == "[ WARN] [1.0]: low"
 
 
@@ -148,16 +148,16 @@ def test_level_and_pattern_select() -> None:
     [("10m", timedelta(minutes=10)), ("2h", timedelta(hours=2)), ("1d", timedelta(days=1))],
 )
 def test_since_counts_back(text: str, ago: timedelta) -> None:
-    assert log_entries.since(text, NOW) == (NOW - ago).timestamp()
+    assert host_logs.since(text, NOW) == (NOW - ago).timestamp()
 
 
 @pytest.mark.parametrize("text", ["2026-11-26 21:00", "21:00", "21:00:00"])
 def test_since_is_a_time_on_this_clock(text: str) -> None:
     now = NOW.replace(tzinfo=None).astimezone()
-    assert log_entries.since(text, now) == now.replace(hour=21).timestamp()
+    assert host_logs.since(text, now) == now.replace(hour=21).timestamp()
 
 
 @pytest.mark.parametrize("text", ["10", "m", "yesterday", "25:00", "-1m"])
 def test_since_refuses_what_is_no_time(text: str) -> None:
     with pytest.raises(ValueError, match=re.escape(text)):
-        log_entries.since(text, NOW)
+        host_logs.since(text, NOW)

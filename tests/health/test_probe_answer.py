@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 from swarm_onboard.agent.observations import NodeSeen, Status, TopicSeen, worst
 from swarm_onboard.agent.verbs.probe import Answer, Request
 
-from swarmctl.health.collect import checks_of
+from swarmctl.health.collect import checks_of, listening, request
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.host_checks import host_checks
-from swarmctl.health.probe_request import listening, request
 from swarmctl.health.swarm_health import status
 from swarmctl.remote.answer_check import checked, cut, parsed
 from swarmctl.remote.transport import HostError

@@ -12,9 +12,9 @@ from swarm_onboard.agent.observations import NodeSeen, PeerSeen, Report, SenderS
 from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
 
+from swarmctl.health.collect import request
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, Release, expected_graph
-from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.verdict import State
 from swarmctl.remote.transport import HostError, Kind

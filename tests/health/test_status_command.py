@@ -16,7 +16,7 @@ from swarmctl.cli.app import run
 from swarmctl.cli.where import Where
 from swarmctl.health import collect as asking
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
-from swarmctl.health.status_schema import status_schema
+from swarmctl.health.swarm_health import status_schema
 from swarmctl.lab import lab
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests.health.swarm_values import K3_PI, all_well, graph, nothing_deployed, with_device

@@ -11,9 +11,9 @@ from swarm_onboard.agent.observations import EndedSeen, LaunchedSeen, MasterSeen
 from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
 
+from swarmctl.health.collect import request
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
 from swarmctl.health.verdict import State

@@ -8,10 +8,9 @@ import pytest
 from swarm_onboard.agent.observations import NodeSeen, SimulatedTimeSeen
 from swarm_onboard.agent.systemd import UnitState
 
+from swarmctl.health.collect import request
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.expected_graph import ExpectedGraph
-from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.probe_request import request
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedProgram
 from swarmctl.health.root_cause import Diagnosis
 from tests.health.faults import shape
 from tests.health.swarm_values import K3_PI, LAPTOP, MASTER, RUNNING, all_well, graph, with_topic

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from swarm_onboard.agent.verbs.costs import Answer, UnitCosts
 
-from swarmctl.health.unit_costs import UnitCost, between, chosen
+from swarmctl.health.host_costs import UnitCost, between, chosen
 from swarmctl.remote.transport import HostError, Kind
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.render.robot_model import model_of, urdf
+from swarmctl.render.driver_config import model_of, urdf
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.spec.catalog import load_catalog

@@ -12,7 +12,7 @@ import yaml
 
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
+from swarmctl.render.ros1.multimaster.fkie import FAMILIES
 from tests import ROOT
 from tests.loading import load_swarm
 

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from swarmctl.render import robot_model
+from swarmctl.render import driver_config
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.settings import RobotSettings
@@ -23,7 +23,7 @@ def model_of(type_name: str, **settings: object) -> ElementTree.Element:
         TYPES[type_name], robot="r1", namespace="/r1", port="/dev/robot",
         settings=RobotSettings.model_validate(settings),
     )  # fmt: skip
-    return ElementTree.fromstring(robot_model.urdf("r1", robot_model.model_of(params)))
+    return ElementTree.fromstring(driver_config.urdf("r1", driver_config.model_of(params)))
 
 
 @pytest.mark.parametrize("type_name", TYPES)
@@ -64,7 +64,7 @@ def test_a_robot_of_which_only_the_tracks_are_known_has_a_body() -> None:
     bare = TYPES["koala"].kinematics.model_copy(update={"wheel_radius": None})
     stripped = TYPES["koala"].model_copy(update={"kinematics": bare, "sensors": {}})
     params = params_of(stripped, robot="r1", namespace="/r1", port="/dev/robot")
-    model = ElementTree.fromstring(robot_model.urdf("r1", robot_model.model_of(params)))
+    model = ElementTree.fromstring(driver_config.urdf("r1", driver_config.model_of(params)))
     assert [one.get("name") for one in model.iter("link")] == ["base_link"]
     body = model.find("link/visual/geometry/cylinder")
     assert body is not None

@@ -15,10 +15,9 @@ from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.analysis.host_load import host_budgets
 from swarmctl.diagnostics import Diagnostic
+from swarmctl.health.collect import request
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
-from swarmctl.health.expected_graph import Release, expected_graph
-from swarmctl.health.probe_request import request
+from swarmctl.health.expected_graph import ExpectedBridge, ExpectedMultimaster, Release, expected_graph
 from swarmctl.linter.context import RuleContext
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.reconcile import reconcile

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from swarmctl.analysis.diagram import diagram
 from swarmctl.analysis.network_load import network_budgets
-from swarmctl.health.expected_bridges import bridges_of
-from swarmctl.health.expected_graph import Release, expected_graph
+from swarmctl.health.expected_graph import Release, bridges_of, expected_graph
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.index import SwarmIndex
 from tests.loading import load_checked, load_swarm

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.spec.model import Spec
+from swarmctl.swarm.addresses import wireguard_address, wireguard_network
 from swarmctl.swarm.resolved import Swarm
-from swarmctl.swarm.wireguard_addresses import address_of, network_of
 from tests import ROOT
 from tests.loading import load_swarm
 
@@ -33,11 +33,11 @@ def test_no_other_host_changes_an_address(swarm: str, hosts: list[str], bits: in
     chosen = str(IPv4Network(f"10.0.0.0/{bits}"))
     for overlay in (None, chosen):
         every = spec(swarm, *hosts, overlay=overlay)
-        network = network_of(every)
+        network = wireguard_network(every)
         assert network == IPv4Network(overlay) if overlay else network.prefixlen == 16
         for host in hosts:
-            found = address_of(every, host)
-            assert found == address_of(spec(swarm, host, overlay=overlay), host)
+            found = wireguard_address(every, host)
+            assert found == wireguard_address(spec(swarm, host, overlay=overlay), host)
             assert found in network
             assert found not in (network.network_address, network.broadcast_address)
 

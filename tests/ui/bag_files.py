@@ -11,7 +11,7 @@ import numpy
 from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_typestore
 
-from swarmctl.swarm.motion_topics import MotionTopics
+from swarmctl.swarm.topic_island import MotionTopics
 
 STORE = get_typestore(Stores.ROS1_NOETIC)
 TYPES = STORE.types

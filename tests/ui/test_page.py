@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page, expect
 from swarmctl.analysis.diagram import Diagram, Edge, Node, diagram
 from swarmctl.health import swarm_health
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.log_entries import Entry
+from swarmctl.health.host_logs import Entry
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.ui import messages

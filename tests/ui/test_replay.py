@@ -20,7 +20,7 @@ from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.health import report_archive, swarm_health
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.log_entries import Entry
+from swarmctl.health.host_logs import Entry
 from tests import ROOT
 from tests.child_process import child_process
 from tests.health.swarm_values import EXAMPLE, all_well, graph, with_device

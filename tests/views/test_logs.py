@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from swarmctl.health.log_entries import Entry
+from swarmctl.health.host_logs import Entry
 from swarmctl.views import logs
 
 

@@ -271,7 +271,7 @@ def _foreign(name: str) -> tuple[str, str]:
 
 
 def _robot_of_type(shown: Shown, port: Path, baud: int | None) -> Examination:
-    from swarmctl.conformance.driver_core import config_for
+    from swarmctl.conformance.results import config_for
     from swarmctl.robot_types.codec_check import codec_beside
     from swarmctl.robot_types.robot_type import RobotType
 
@@ -287,7 +287,7 @@ def _robot_of_swarm(spec: Path, name: str, port: Path, baud: int | None) -> Exam
     import yaml
 
     from swarmctl.cli.spec_args import SpecFiles
-    from swarmctl.conformance.driver_core import config_of
+    from swarmctl.conformance.results import config_of
     from swarmctl.render.driver_config import parameters
     from swarmctl.robot_types.codec_check import codec_beside
     from swarmctl.swarm.resolved import SwarmctlDriver

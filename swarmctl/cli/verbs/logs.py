@@ -18,8 +18,7 @@ from swarmctl.cli import console, exit_codes, options, selected
 from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
-    from swarmctl.health.host_logs import HostLog, Question
-    from swarmctl.health.log_entries import Choice, Entry
+    from swarmctl.health.host_logs import Choice, Entry, HostLog, Question
     from swarmctl.remote.transport import HostError, Target
 
 _OFFSET = 0.1  # s from which a clock is worth a note
@@ -55,8 +54,7 @@ def logs(
     ] = False,
 ) -> None:
     """Show what drivers and programs have logged, of all hosts in the order of time."""
-    from swarmctl.health.host_logs import Question
-    from swarmctl.health.log_entries import Choice
+    from swarmctl.health.host_logs import Choice, Question
 
     start, pattern = start_of(since), _pattern(grep)
     swarm = console.read_spec(where.spec)
@@ -75,10 +73,10 @@ def logs(
 
 def start_of(since: str) -> float:
     """The time that ``--since`` means, in s since 1970, 0 without one; exits if it is none."""
-    from swarmctl.health import log_entries
+    from swarmctl.health import host_logs
 
     try:
-        return log_entries.since(since, datetime.now().astimezone()) if since else 0.0
+        return host_logs.since(since, datetime.now().astimezone()) if since else 0.0
     except ValueError:
         console.fail(f"--since {since}: not a time", "such as 10m, 2h or 21:00", code=exit_codes.USAGE)
 
@@ -144,8 +142,7 @@ class _Output:
 
 def _read(question: Question, targets: list[Target], output: _Output, parallel: int) -> None:
     from swarmctl.cli.ssh_targets import transport
-    from swarmctl.health.host_logs import host_logs
-    from swarmctl.health.log_entries import Merge
+    from swarmctl.health.host_logs import Merge, host_logs
     from swarmctl.remote.parallel_hosts import Finished
     from swarmctl.remote.transport import HostError
 
@@ -167,8 +164,7 @@ def _follow(question: Question, targets: list[Target], output: _Output) -> None:
     """Prints what comes, until Ctrl-C, until nobody reads it, or until no host is left."""
     from swarmctl import streams
     from swarmctl.cli.ssh_targets import transport
-    from swarmctl.health.host_logs import followed
-    from swarmctl.health.log_entries import Merge
+    from swarmctl.health.host_logs import Merge, followed
     from swarmctl.remote.transport import HostError
 
     merge, silent = Merge(), {target.host for target in targets}

@@ -43,7 +43,7 @@ def schema(
         _write(schema_files(out))
         return
     if subject is Subject.STATUS:
-        from swarmctl.health.status_schema import status_schema
+        from swarmctl.health.swarm_health import status_schema
 
         if markdown:
             console.fail("there is no reference page of `status --json`", code=exit_codes.USAGE)

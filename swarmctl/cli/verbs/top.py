@@ -24,8 +24,7 @@ def top(
     On a terminal live, until Ctrl-C; elsewhere once.
     """
     from swarmctl.cli.ssh_targets import transport
-    from swarmctl.health.host_costs import HostCosts
-    from swarmctl.health.unit_costs import chosen
+    from swarmctl.health.host_costs import HostCosts, chosen
     from swarmctl.views import unit_costs as view
 
     swarm = console.read_spec(where.spec)

@@ -20,7 +20,7 @@ from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
     from swarmctl.health.expected_graph import ExpectedGraph
-    from swarmctl.swarm.motion_topics import MotionTopics
+    from swarmctl.swarm.topic_island import MotionTopics
     from swarmctl.ui.bags import Row
     from swarmctl.ui.server import Pages
     from swarmctl.ui.watch import Watch
@@ -105,7 +105,7 @@ def _show_hosts(where: Where, port: int, *, control: bool) -> NoReturn:
 def _show_run(spec: SpecFiles, bags: Path, port: int) -> NoReturn:
     from swarmctl.analysis.diagram import diagram
     from swarmctl.swarm.index import SwarmIndex
-    from swarmctl.swarm.motion_topics import motion_topics
+    from swarmctl.swarm.topic_island import motion_topics
     from swarmctl.ui import messages
     from swarmctl.ui.server import Pages
     from swarmctl.views.graph import page

@@ -14,10 +14,9 @@ from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link, unit
-from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
-from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
-from swarmctl.health.node_faults import absent, dead, host_of
+from swarmctl.health.expected_graph import ExpectedBridge, ExpectedGraph, ExpectedHost, ExpectedMultimaster
 from swarmctl.health.root_cause import Findings
+from swarmctl.health.unit_faults import absent, dead, host_of
 from swarmctl.health.verdict import State, Verdict, bad, ok, unknown
 from swarmctl.swarm.topics import DIAGNOSTICS
 

@@ -15,10 +15,9 @@ from swarm_onboard.agent.verbs.probe import Answer
 
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link
-from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
-from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.node_faults import host_of
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedProgram, ExpectedRobot
 from swarmctl.health.root_cause import Findings
+from swarmctl.health.unit_faults import host_of
 from swarmctl.health.verdict import bad, listed
 
 CHECK = "connection"

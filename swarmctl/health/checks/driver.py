@@ -10,8 +10,8 @@ from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link, unit
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
 from swarmctl.health.launched_nodes import LaunchedDriver
-from swarmctl.health.node_faults import absent, dead, moved, unchecked
 from swarmctl.health.root_cause import Findings
+from swarmctl.health.unit_faults import absent, dead, moved, unchecked
 from swarmctl.health.verdict import State, Verdict, bad, ok, unknown
 
 TABLE = {

@@ -8,7 +8,7 @@ from swarm_onboard.agent.observations import NodeSeen
 from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
 
-from swarmctl.health import node_faults
+from swarmctl.health import unit_faults
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link, unit
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
@@ -62,12 +62,12 @@ def _runs(
     """Checks the gate's node on ``host``. ``process``: its unit."""
     restart = f"on {robot.host}: sudo systemctl restart {gate.unit}"
     if seen is None or seen.registered is None:
-        return unknown(node_faults.unchecked(gate.node, seen))
+        return unknown(unit_faults.unchecked(gate.node, seen))
     if not seen.registered:
-        return bad(f"{gate.node} {node_faults.absent(host)}: {_LOST}", restart)
+        return bad(f"{gate.node} {unit_faults.absent(host)}: {_LOST}", restart)
     if not seen.alive:
-        return bad(f"{gate.node} {node_faults.dead(host, seen)}: {_LOST}", restart)
-    if other := node_faults.moved(host, seen):
+        return bad(f"{gate.node} {unit_faults.dead(host, seen)}: {_LOST}", restart)
+    if other := unit_faults.moved(host, seen):
         return bad(f"{gate.node} {other}", restart)
     if robot.command not in seen.subscribes:
         return bad(f"{gate.node} does not subscribe to {robot.command}: commands are lost", restart)

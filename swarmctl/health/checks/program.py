@@ -6,12 +6,11 @@ from swarm_onboard.agent.observations import NodeSeen
 from swarm_onboard.agent.verbs.probe import Answer
 from swarm_onboard.common.systemd import WAITS
 
-from swarmctl.health import container_image, launched_nodes, node_faults
+from swarmctl.health import launched_nodes, unit_faults
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import link
 from swarmctl.health.checks import unit as units
-from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.expected_graph import ExpectedHost, ExpectedProgram
 from swarmctl.health.root_cause import Findings
 from swarmctl.health.verdict import State, Verdict, bad, ok, unknown, warning
 
@@ -81,7 +80,7 @@ def _verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Ve
         return _skipped(program)
     if program.container is not None and unit is not None and unit.load != "not-found":
         seen = answer.images.get(program.unit)
-        by_image = container_image.problem(program.container, host.name, seen, by_unit)
+        by_image = unit_faults.image_problem(program.container, host.name, seen, by_unit)
         if by_image is not None:
             return by_image
     if unit is None or not unit.runs or by_unit.state not in (State.OK, State.WARNING):
@@ -100,13 +99,13 @@ def _verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Ve
 def _node(program: ExpectedProgram, host: ExpectedHost, node: NodeSeen | None) -> Verdict | None:
     restart = f"on {host.name}: sudo systemctl restart {program.unit}"
     if node is None or node.registered is None:
-        return unknown(node_faults.unchecked(program.node, node))
+        return unknown(unit_faults.unchecked(program.node, node))
     if not node.registered:
         journal = f"on {host.name}: sudo journalctl -u {program.unit} -n 50"
-        return bad(f"runs, but its node {program.node} {node_faults.absent(host)}", journal)
+        return bad(f"runs, but its node {program.node} {unit_faults.absent(host)}", journal)
     if not node.alive:
-        return bad(f"{program.node} {node_faults.dead(host, node)}", restart)
-    if other := node_faults.moved(host, node):
+        return bad(f"{program.node} {unit_faults.dead(host, node)}", restart)
+    if other := unit_faults.moved(host, node):
         return bad(f"{program.node} {other}", f"check for a second node of this name; else {restart}")
     return _wrong(program, node)
 

@@ -12,8 +12,8 @@ from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks import authority, connection, link
 from swarmctl.health.checks.connection import Owner
 from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.node_faults import host_of
 from swarmctl.health.root_cause import Findings
+from swarmctl.health.unit_faults import host_of
 from swarmctl.health.verdict import Verdict, bad
 
 TABLE = {

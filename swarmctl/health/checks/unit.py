@@ -8,7 +8,7 @@ from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
 from swarm_onboard.common.systemd import REJOINS
 
-from swarmctl.health import unit_conditions
+from swarmctl.health import unit_faults
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks.release import FILES
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
@@ -115,7 +115,7 @@ def verdict(name: str, host: str, seen: UnitState | None) -> Verdict:
     if (troubled := _troubled(name, host, seen, journal)) is not None:
         return troubled
     if seen.skipped:
-        why, hint = unit_conditions.explained(host, name, seen.unmet)
+        why, hint = unit_faults.unmet_conditions(host, name, seen.unmet)
         return Verdict(State.SKIPPED, f"is skipped: {why}", hint)
     if seen.active == "failed":
         return bad(f"failed: {ending(seen)}{log_of(seen)}", journal)

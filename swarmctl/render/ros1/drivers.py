@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from swarmctl.links.bluetooth_link import RfcommLine
-from swarmctl.render import driver_files, gate_config, shipped_files, sketch
+from swarmctl.render import driver_config, gate_config, shipped_files, sketch
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.driver_config import codec_path, params_path, urdf_path
 from swarmctl.render.quoting import render
@@ -72,7 +72,7 @@ def units(swarm: Swarm, host: Host) -> Iterator[Part]:
 
 def _own_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[File]:
     """The launch file and the configuration of swarmctl's driver."""
-    yield from driver_files.config_files(swarm, robot, driver)
+    yield from driver_config.config_files(swarm, robot, driver)
     launch = render(
         "robot.launch",
         group=robot.namespace[1:],
@@ -89,7 +89,7 @@ def _own_unit(swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[s
     name = names.unit(swarm.name, robot.name)
     text = render(
         "driver.service", **values, words=arguments(robot.namespace, names.DRIVER_NODE),
-        watchdog=driver_files.watchdog(robot, driver),
+        watchdog=driver_config.watchdog(robot, driver),
     )  # fmt: skip
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
     drivers = tuple(one.path for one in shipped_files.folder("drivers", FACE))

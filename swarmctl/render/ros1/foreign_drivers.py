@@ -10,7 +10,7 @@ from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.driver_config import params_path, remapped, urdf_path
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
-from swarmctl.render.ros1.program_commands import roslaunched
+from swarmctl.render.ros1.programs import roslaunched
 from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, as_client
 from swarmctl.render.service_values import home
 from swarmctl.render.yaml_params import params_file

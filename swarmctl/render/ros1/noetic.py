@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from swarmctl.render import driver_files, expected_nodes, program_needs, sketch
+from swarmctl.render import driver_config, expected_nodes, program_parts, sketch
 from swarmctl.render.bag_recorder import ROSBAG
 from swarmctl.render.bundle import File, Part, required, workspace
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode, Master, Middleware
-from swarmctl.render.ros1 import (
-    debian_packages,
-    delivered_packages,
-    drivers,
-    programs,
-    release,
-    rviz,
-)
+from swarmctl.render.ros1 import debian_packages, delivered_packages, drivers, programs, release, rviz
 from swarmctl.render.service_values import home
 from swarmctl.render.topic_tool import TopicTool
 from swarmctl.resources import HostModule, onboard
@@ -69,9 +62,9 @@ class Noetic:
         """Yields the programs with a launch file or a script each."""
         yield Part(
             files=tuple(programs.files(swarm, host)),
-            requires=program_needs.requires(swarm, host, debian_packages.ROSPY),
-            secrets=tuple(program_needs.secret_forms(swarm, host)),
-            secret_forms=program_needs.secret_forms(swarm, host),
+            requires=program_parts.requires(swarm, host, debian_packages.ROSPY),
+            secrets=tuple(program_parts.secret_forms(swarm, host)),
+            secret_forms=program_parts.secret_forms(swarm, host),
             platform=delivered_packages.platform(swarm, host),
             unbuilt=delivered_packages.unbuilt(swarm, host),
         )
@@ -152,13 +145,13 @@ def _requires(swarm: Swarm, host: Host, island: Island) -> dict[str, tuple[str, 
     robots = swarm.robots_on(host.name)
     driven = tuple(f"robots.{robot.name}" for robot in robots if isinstance(robot.driver, SwarmctlDriver))
     gated = tuple(f"robots.{robot.name}" for robot in robots if robot.gated)
-    started = tuple(f"robots.{robot.name}" for robot in robots if driver_files.publishes_start(robot))
+    started = tuple(f"robots.{robot.name}" for robot in robots if driver_config.publishes_start(robot))
     needs = {
         debian_packages.ROSCORE: ("ros",) if host.name == island.hub else (),
         debian_packages.ROSPY: (*driven, *gated),
         debian_packages.PYSERIAL: driven,
         debian_packages.TF: started,
-        **program_needs.of_drivers(swarm, host),
+        **program_parts.needs_of_drivers(swarm, host),
     }
     own = "ros.workspace" if host.workspaces == (swarm.workspace,) else f"hosts.{host.name}.workspaces"
     needs = {**{workspace(path): (own,) for path in host.workspaces}, **needs}

@@ -3,28 +3,148 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
-from swarmctl.field_types import Value
-from swarmctl.render import shipped_files
+from swarmctl.field_types import Parameter, Value
+from swarmctl.render import program_parts, shipped_files
 from swarmctl.render.bundle import File, Part, Unit
-from swarmctl.render.program_needs import installed, secret_words
-from swarmctl.render.program_words import TELEOP, container_name, runs_alone, with_values
+from swarmctl.render.program_parts import (
+    TELEOP,
+    container_name,
+    container_words,
+    installed,
+    own_files,
+    params_path,
+    runs_alone,
+    secret_words,
+    with_environment,
+    with_values,
+)
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
-from swarmctl.render.ros1.program_commands import (
-    RUN_NODE,
-    command_of,
-    environment_of,
-    launch_path,
-)
-from swarmctl.render.ros1.program_files import files_of, loaded_files
-from swarmctl.render.ros1.release import FACE, ROS_CLIENT, RUNNING, as_client, ros_client
+from swarmctl.render.ros1.release import FACE, ROS_CLIENT, RUNNING, arguments, as_client, ros_client
 from swarmctl.render.service_values import home, service_values
-from swarmctl.robot_types.ros_launchable import filled
+from swarmctl.render.yaml_params import params_file
+from swarmctl.robot_types.ros_launchable import RosLaunchable, filled
+from swarmctl.ros_packages.launch_files import FIND
 from swarmctl.swarm import names, used_packages
 from swarmctl.swarm.program_values import secrets_folder, values_of
 from swarmctl.swarm.resolved import Host, Program, Swarm
+from swarmctl.swarm.shipped_programs import SCRIPTS
+
+
+def files_of(swarm: Swarm, program: Program) -> Iterator[File]:
+    """Yields the parameter files of a program, and its own files."""
+    origin, declared = f"programs.{program.name}", program.declared
+    yield from own_files(swarm, program)
+    for path, params, _ in _parameter_files(swarm, program):
+        yield File(path, params_file(params), origin=origin)
+    for name, path in declared.file_params.items():
+        yield File(_path_of(program, name), program.beside[path], origin=origin)
+
+
+def loaded_files(swarm: Swarm, program: Program) -> Iterator[Mapping[str, Any]]:
+    """Yields what a launch file loads for a node: a path, its namespace, and whether to substitute."""
+    current = f"{home(swarm)}/current"
+    for path, _, substitutes in _parameter_files(swarm, program):
+        yield {"file": f"{current}/{path}", "ns": "", "substitutes": substitutes}
+    for name in program.declared.file_params:
+        yield {"file": f"{current}/{_path_of(program, name)}", "ns": name, "substitutes": False}
+
+
+def _parameter_files(swarm: Swarm, program: Program) -> Iterator[tuple[str, Mapping[str, Parameter], bool]]:
+    """The parameters of a node in files, whose text roslaunch leaves alone, and those with `$(find)`."""
+    declared = program.declared
+    if declared.executable is None:
+        return
+    values = values_of(swarm, program)
+    plain = {
+        name: filled(one, values) for name, one in declared.params.items() if name not in declared.file_params
+    }
+    found = {name: one for name, one in plain.items() if _has_find(one)}
+    rest = {name: one for name, one in plain.items() if name not in found}
+    if rest:
+        yield params_path(program), rest, False
+    if found:
+        yield f"params/{program.name}.find.yaml", found, True
+
+
+def _path_of(program: Program, name: str) -> str:
+    return f"params/{program.name}/{name}.yaml"
+
+
+def _has_find(value: Parameter) -> bool:
+    if isinstance(value, Mapping):
+        return any(map(_has_find, value.values()))
+    if isinstance(value, (tuple, list)):
+        return any(map(_has_find, value))
+    return isinstance(value, str) and FIND.search(value) is not None
+
+
+RUN_NODE = "bin/run-node"
+# What a program in a container needs to know of its ROS; the values are those of the unit's environment.
+_PASSED = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
+_IPV6 = ("ROS_IPV6",)
+
+
+def command_of(swarm: Swarm, program: Program) -> tuple[str, ...]:
+    """Returns what `ros-client` runs."""
+    declared = program.declared
+    if declared.use is not None:
+        words = _shipped(swarm, program)
+    elif declared.container is not None:
+        passed = (*_PASSED, *_IPV6) if swarm.ipv6 else _PASSED
+        variables = (*passed, *environment_of(swarm, program), *declared.secrets.env)
+        words = tuple(container_words(swarm, program, declared.container, variables))
+    elif declared.command is not None:
+        words = with_values(swarm, program, declared.command)
+    else:
+        return _launched(swarm, program)
+    return with_environment(environment_of(swarm, program), words)
+
+
+def roslaunched(path: str, declared: RosLaunchable, environment: Mapping[str, str]) -> tuple[str, ...]:
+    """Returns the words that launch the file at ``path``, made of what is ``declared``.
+
+    A launch file of a package may read variables by `$(env NAME)`. roslaunch takes these from its own
+    environment, not from the tags `<env>`, which are for nodes.
+    """
+    words = ("roslaunch", "--wait", "--screen", "--disable-title", path)
+    return with_environment(environment, words) if declared.launch is not None else words
+
+
+def launch_path(program: Program) -> str:
+    """Returns where the launch file of a program is in a release."""
+    return f"launch/{program.name}.launch"
+
+
+def environment_of(swarm: Swarm, program: Program) -> Mapping[str, str]:
+    """Returns the variables of a program: its own, the folder of its files, and its namespace."""
+    found, declared = dict(program_parts.environment_of(swarm, program)), program.declared
+    if (declared.command is not None or declared.container is not None) and program.namespace:
+        found["ROS_NAMESPACE"] = program.namespace
+    return found
+
+
+def _launched(swarm: Swarm, program: Program) -> tuple[str, ...]:
+    current, declared = f"{home(swarm)}/current", program.declared
+    launch_file = f"{current}/{launch_path(program)}"
+    if runs_alone(program):
+        return "/usr/bin/python3", f"{current}/{RUN_NODE}", launch_file
+    return roslaunched(launch_file, declared, environment_of(swarm, program))
+
+
+def _shipped(swarm: Swarm, program: Program) -> tuple[str, ...]:
+    current, declared = f"{home(swarm)}/current", program.declared
+    namespace, _, node = program.node.rpartition("/")
+    return (
+        "/usr/bin/python3", f"{current}/{TELEOP}/{SCRIPTS[declared.use or '']}",
+        "--config", f"{current}/{params_path(program)}",
+        *arguments(namespace, node),
+        *(f"{old}:={new}" for old, new in declared.remap.items()),
+    )  # fmt: skip
+
 
 _HAS_PACKAGES = "bin/has-packages"
 _GIVE_SECRETS = "bin/give-secrets"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from swarmctl.render import driver_files, program_needs
+from swarmctl.render import driver_config, program_parts
 from swarmctl.render.bundle import package, required, workspace
 from swarmctl.render.ros2.graph_environment import IMPLEMENTATIONS
 from swarmctl.spec.ros_model import SERVED
@@ -23,7 +23,7 @@ def requires(swarm: Swarm, host: Host, island: Island) -> Mapping[str, tuple[str
     robots, discovery = swarm.robots_on(host.name), island.discovery
     driven = tuple(f"robots.{robot.name}" for robot in robots if isinstance(robot.driver, SwarmctlDriver))
     gated = tuple(f"robots.{robot.name}" for robot in robots if robot.gated)
-    started = tuple(f"robots.{robot.name}" for robot in robots if driver_files.publishes_start(robot))
+    started = tuple(f"robots.{robot.name}" for robot in robots if driver_config.publishes_start(robot))
     launched = tuple(f"robots.{robot.name}" for robot in robots if _launches(robot))
     own = "ros.workspace" if host.workspaces == (swarm.workspace,) else f"hosts.{host.name}.workspaces"
     served = discovery.method in SERVED and host.name in discovery.servers
@@ -37,14 +37,14 @@ def requires(swarm: Swarm, host: Host, island: Island) -> Mapping[str, tuple[str
         PYSERIAL: driven,
         package("tf2_msgs"): started,
         package("ros2launch"): launched,
-        **program_needs.of_drivers(swarm, host),
+        **program_parts.needs_of_drivers(swarm, host),
     }
     return {name: entries for name, entries in needs.items() if entries}
 
 
 def of_programs(swarm: Swarm, host: Host) -> Mapping[str, tuple[str, ...]]:
     """Returns the same for the programs of ``host``."""
-    found = program_needs.requires(swarm, host, RCLPY)
+    found = program_parts.requires(swarm, host, RCLPY)
     launched = tuple(f"programs.{one.name}" for one in swarm.programs_on(host.name) if _is_launched(one))
     return {**found, **({package("ros2launch"): launched} if launched else {})}
 

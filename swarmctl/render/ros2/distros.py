@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from swarmctl.render import expected_nodes, program_needs, sketch
+from swarmctl.render import expected_nodes, program_parts, sketch
 from swarmctl.render.bag_recorder import MCAP
 from swarmctl.render.bundle import File, Part
 from swarmctl.render.middleware import (
@@ -19,7 +19,7 @@ from swarmctl.render.ros2 import (
     ament_packages,
     discovery_files,
     domain_ports,
-    enclave_files,
+    enclaves,
     graph_environment,
     ros2_drivers,
     ros2_programs,
@@ -76,14 +76,14 @@ class Ros2:
             wants=sketch.wants(swarm, host),
             by_hand=tuple(graph_environment.of_robots(swarm, host, island)),
         )
-        yield enclave_files.part(swarm, host)
+        yield enclaves.enclave_part(swarm, host)
         if host.name in island.discovery.servers:
             yield ros2_release.server_unit(swarm, host, island)
         yield from ros2_drivers.units(swarm, host, island)
 
     def programs(self, swarm: Swarm, host: Host) -> Iterator[Part]:
         """Yields the programs with their parameters or launch files."""
-        forms = program_needs.secret_forms(swarm, host)
+        forms = program_parts.secret_forms(swarm, host)
         yield Part(
             files=tuple(ros2_programs.files(swarm, host)),
             requires=ament_packages.of_programs(swarm, host),

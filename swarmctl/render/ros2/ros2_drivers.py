@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from swarmctl.links.bluetooth_link import RfcommLine
-from swarmctl.render import driver_files, gate_config, shipped_files, sketch
+from swarmctl.render import driver_config, gate_config, shipped_files, sketch
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.driver_config import codec_path, params_path, remapped, urdf_path
-from swarmctl.render.program_words import with_environment
+from swarmctl.render.program_parts import with_environment
 from swarmctl.render.quoting import render
-from swarmctl.render.ros2 import enclave_files, enclaves
+from swarmctl.render.ros2 import enclaves
 from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
 from swarmctl.render.ros2.ros2_release import FACE, RUN_NODE, run_node, running, unit_values
 from swarmctl.render.service_values import home
@@ -32,7 +32,7 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     for robot in robots:
         yield from sketch.files(robot)
         if isinstance(robot.driver, SwarmctlDriver):
-            yield from driver_files.config_files(swarm, robot, robot.driver)
+            yield from driver_config.config_files(swarm, robot, robot.driver)
         else:
             yield from _package_files(robot, robot.driver)
             if robot.gated:
@@ -90,7 +90,7 @@ def _gate_words(swarm: Swarm, robot: Robot) -> tuple[str, ...]:
 def _own_unit(
     swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any], needs: tuple[str, ...]
 ) -> Part:
-    own = {"words": (), "watchdog": driver_files.watchdog(robot, driver)}
+    own = {"words": (), "watchdog": driver_config.watchdog(robot, driver)}
     shipped = (one.path for one in shipped_files.folder(_DRIVERS, FACE))
     codec = (codec_path(robot),) if driver.codec else ()
     read = (*needs, params_path(robot), urdf_path(robot), *codec, *shipped)
@@ -122,12 +122,10 @@ def _unit(
 ) -> Part:
     enclave = enclaves.of_gate(swarm, robot) if part else enclaves.of_driver(swarm, robot)
     name = names.unit(swarm.name, robot.name, *part)
-    text = render(template, **{**values, **enclave_files.unit_values(swarm, enclave)})
+    text = render(template, **{**values, **enclaves.unit_values(swarm, enclave)})
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
-    read = (file.path, *needs, *enclave_files.needs(swarm, enclave))
-    return Part(
-        (file,), (Unit(name, read, robot=robot.name, secrets=enclave_files.secrets_of(swarm, enclave)),)
-    )
+    read = (file.path, *needs, *enclaves.enclave_needs(swarm, enclave))
+    return Part((file,), (Unit(name, read, robot=robot.name, secrets=enclaves.secrets_of(swarm, enclave)),))
 
 
 def _package_words(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> tuple[str, ...]:

@@ -7,18 +7,20 @@ from typing import Any
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
-from swarmctl.render.own_program_files import own_files, params_path
-from swarmctl.render.program_needs import installed, secret_words
-from swarmctl.render.program_words import (
+from swarmctl.render.program_parts import (
     TELEOP,
     container_name,
     container_words,
     environment_of,
+    installed,
+    own_files,
+    params_path,
+    secret_words,
     with_environment,
     with_values,
 )
 from swarmctl.render.quoting import render
-from swarmctl.render.ros2 import enclave_files, enclaves, graph_environment
+from swarmctl.render.ros2 import enclaves, graph_environment
 from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
 from swarmctl.render.ros2.ros2_release import FACE, RUN_NODE, run_node, running, unit_values
 from swarmctl.render.service_values import home
@@ -69,7 +71,7 @@ def _unit(swarm: Swarm, host: Host, island: Island, program: Program) -> Part:
     container, enclave = declared.container, enclaves.of_program(swarm, program)
     text = render(
         "program.service",
-        **{**unit_values(swarm, host, island), **enclave_files.unit_values(swarm, enclave)},
+        **{**unit_values(swarm, host, island), **enclaves.unit_values(swarm, enclave)},
         program=program.name,
         packages=packages,
         command=_command_of(swarm, host, island, program),
@@ -95,9 +97,9 @@ def _unit(swarm: Swarm, host: Host, island: Island, program: Program) -> Part:
         *shipped,
         *([_HAS_PACKAGES] if packages else []),
         *([_GIVE_SECRETS] if secrets else []),
-        *enclave_files.needs(swarm, enclave),
+        *enclaves.enclave_needs(swarm, enclave),
     )
-    secrets = (*secrets, *enclave_files.secrets_of(swarm, enclave))
+    secrets = (*secrets, *enclaves.secrets_of(swarm, enclave))
     return Part((file,), (Unit(name, needs, program=program.name, packages=packages, secrets=secrets),))
 
 

@@ -10,13 +10,12 @@ from rich.cells import cell_len
 from rich.table import Table
 from rich.text import Text
 
-from swarmctl.analysis.bluetooth_load import STABLE, BluetoothBudget
 from swarmctl.analysis.budgets import Budgets
 from swarmctl.analysis.command_paths import CommandPath, Hop
 from swarmctl.analysis.host_load import HostBudget
 from swarmctl.analysis.impact import Impact
 from swarmctl.analysis.network_load import IpLinkBudget, NetworkBudget
-from swarmctl.analysis.radio_load import DongleBudget
+from swarmctl.analysis.radio_load import STABLE, BluetoothBudget, DongleBudget
 from swarmctl.analysis.rosserial_load import RosserialBudget
 from swarmctl.analysis.serial_load import SerialBudget
 from swarmctl.swarm.flow import Flow

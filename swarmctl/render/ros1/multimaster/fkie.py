@@ -1,5 +1,7 @@
 """Provider `fkie`: masters joined by the discovery and sync nodes of fkie's packages.
 
+They are fixed: each sync node leaves out other masters' discovery and sync nodes by these names.
+
 The hub that receives topics lists them: each from its own master, publishers only. So nothing is bridged
 that the spec does not name, and nothing against its direction.
 """
@@ -7,6 +9,7 @@ that the spec does not name, and nothing against its direction.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from swarmctl.render.bundle import ROOT, File, Part, Unit, package
@@ -14,7 +17,6 @@ from swarmctl.render.middleware import Capability
 from swarmctl.render.multimaster import Discovery, JoinNodes, MultimasterProvider
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
-from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES, Node
 from swarmctl.render.security_level import level_of
 from swarmctl.render.service_values import service_values
 from swarmctl.render.yaml_params import params_file
@@ -23,6 +25,41 @@ from swarmctl.spec.ros_model import Multimaster
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import USUAL_MASTER, Listener, PortRange, master_loc
 from swarmctl.swarm.resolved import Host, Island, Swarm
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node of one of the packages: what roslaunch starts, and under which name."""
+
+    package: str
+    executable: str
+    name: str
+
+
+@dataclass(frozen=True)
+class Family:
+    """The two nodes of one generation of packages."""
+
+    discovery: Node
+    sync: Node
+
+
+#: By ``multimaster.packages``, which names the metapackage.
+FAMILIES: Mapping[str, Family] = {
+    "fkie_multimaster": Family(
+        Node("fkie_master_discovery", "master_discovery", "master_discovery"),
+        Node("fkie_master_sync", "master_sync", "master_sync"),
+    ),
+    "multimaster_fkie": Family(
+        Node("master_discovery_fkie", "master_discovery", "master_discovery"),
+        Node("master_sync_fkie", "master_sync", "master_sync"),
+    ),
+    "fkie_mas": Family(
+        Node("fkie_mas_discovery", "mas-discovery", "mas_discovery"),
+        Node("fkie_mas_sync", "mas-sync", "mas_sync"),
+    ),
+}
+
 
 PARAMS = "params/multimaster.yaml"
 LAUNCH = "launch/multimaster.launch"
