@@ -10,7 +10,8 @@ from itertools import chain
 
 from swarm_onboard.agent.systemd import UnitState
 
-from swarmctl.deploy.host_lists import HostLists, write_all
+from swarmctl.deploy.host_list_updates import write_all
+from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.host_transaction import HostTransaction
 from swarmctl.deploy.motion_guard import Guard, Seen, host_error
 from swarmctl.deploy.observe_host import NO_SECRETS, observe_host

@@ -13,8 +13,8 @@ from swarm_onboard.agent.verbs import history, rollback
 from swarmctl.deploy.deployment import Deployment, ObservedHost, OnProgress
 from swarmctl.deploy.host_transaction import HostTransaction
 from swarmctl.plan.history import NoWayBackError, after, before_last, of_release, runs, state_of
-from swarmctl.plan.host_preparation import UNFIT
 from swarmctl.plan.plan import HostPlan, Problem
+from swarmctl.plan.preflight import UNFIT
 from swarmctl.plan.robots_in_use import not_busy
 from swarmctl.remote import agent_client, operators
 from swarmctl.remote.agent_archive import ROLLBACK_VERBS

@@ -14,7 +14,7 @@ from swarm_onboard.agent.paths import READERS
 from swarm_onboard.agent.steps import Kind, Step
 
 from swarmctl.health import unit_faults
-from swarmctl.plan import host_preparation, observed_host
+from swarmctl.plan import observed_host, preflight
 from swarmctl.plan.host_needs import install_hints
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Problem
@@ -254,7 +254,7 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
             for unit in optional.values()
             if (absent := _absent(map(package, unit.packages), observed))
         ),
-        *host_preparation.notes(bundle, observed),
+        *preflight.notes(bundle, observed),
         *(bundle.by_hand if observed.digest != bundle.digest else ()),
     )
 
@@ -270,30 +270,30 @@ def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
     if bundle.unbuilt:
         names = ", ".join(bundle.unbuilt)
         message = f"{names} {'are' if len(bundle.unbuilt) > 1 else 'is'} not built for it"
-        return Problem(host_preparation.UNFIT, message, "`swarmctl prepare` builds and keeps it")
+        return Problem(preflight.UNFIT, message, "`swarmctl prepare` builds and keeps it")
     if bundle.unsigned:
         message = f"the permissions of {', '.join(bundle.unsigned)} are not signed as the spec has them"
-        return Problem(host_preparation.UNFIT, message, "`swarmctl keys` signs them")
+        return Problem(preflight.UNFIT, message, "`swarmctl keys` signs them")
     if bundle.unpinned:
         message = f"the WireGuard keys of {', '.join(bundle.unpinned)} are not pinned"
-        return Problem(host_preparation.UNFIT, message, "`swarmctl trust` pins them")
+        return Problem(preflight.UNFIT, message, "`swarmctl trust` pins them")
     if not facts:  # the host was not contacted
         return None
-    if problem := host_preparation.unusable(facts):
+    if problem := preflight.unusable(facts):
         return problem
     for file in bundle.files:
         machines = machines_of(file.content)
         if machines and facts.machine not in machines:
             message = f"its machine is {facts.machine}, and {file.path} is compiled for {machines[0]}"
             hint = f"build {file.origin or 'it'} for {facts.machine}"
-            return Problem(host_preparation.UNFIT, message, hint)
+            return Problem(preflight.UNFIT, message, hint)
     if bundle.platform and (platform := facts.platform or bundle.platform) != bundle.platform:
         message = f"it is {platform}, and its packages are built for {bundle.platform}"
-        return Problem(host_preparation.UNFIT, message, "`swarmctl prepare` builds them for it")
+        return Problem(preflight.UNFIT, message, "`swarmctl prepare` builds them for it")
     if missing := _absent(bundle.requires, observed):
-        hint = f"{host_preparation.PREPARE_INSTALLS}; by hand: {_install_hint(bundle, missing)}"
-        return Problem(host_preparation.UNFIT, f"it lacks {in_words(missing)}", hint)
-    return host_preparation.without_secret(bundle, observed)
+        hint = f"{preflight.PREPARE_INSTALLS}; by hand: {_install_hint(bundle, missing)}"
+        return Problem(preflight.UNFIT, f"it lacks {in_words(missing)}", hint)
+    return preflight.without_secret(bundle, observed)
 
 
 def _install_hint(bundle: Bundle, missing: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ from swarm_onboard.agent.verbs.observe import Facts
 from swarmctl.cli import exit_codes, next_command
 from swarmctl.cli.app import run
 from swarmctl.cli.spec_args import SpecFiles
-from swarmctl.plan import host_preparation
+from swarmctl.plan import preflight
 from swarmctl.plan.observed_host import NOTHING, Observed
 from swarmctl.plan.plan import HostPlan
 from swarmctl.plan.reconcile import reconcile
@@ -48,7 +48,7 @@ def test_enclaves_that_nobody_signed_make_hosts_unfit(tmp_path: Path) -> None:
     for name, bundle in bundles_in(tmp_path).items():
         problem = reconcile(bundle, NOTHING).problem
         assert problem is not None
-        assert problem.kind == host_preparation.UNFIT
+        assert problem.kind == preflight.UNFIT
         assert problem.message == (f"the permissions of {UNSIGNED[name]} are not signed as the spec has them")
         complete = next_command.completing(SpecFiles((spec,)), ["--lab-name", "b", "--limit", name])
         assert complete(problem.hint) == f"`swarmctl keys {spec}` signs them"
@@ -80,8 +80,8 @@ def test_a_driver_without_its_key_makes_its_host_unfit(folder: Path) -> None:
     secrets = {"epuck-pin": "missing", "sros2-hosts-epuck-pi": "kept", "sros2-robots-epuck": "missing"}
     assert {*secrets} == {*bundle.secrets}
     plan = on_fit_host(bundle, secrets)
-    assert plan.problem == host_preparation.Problem(
-        host_preparation.UNFIT,
+    assert plan.problem == preflight.Problem(
+        preflight.UNFIT,
         "swarm-newswarm.epuck.service needs the secret sros2-robots-epuck, which is not on the host",
         "write it to `secrets/sros2-robots-epuck` beside the spec (docs/secrets.md)",
     )

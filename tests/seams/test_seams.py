@@ -235,14 +235,14 @@ EXEMPT = {
     *(("lab/hosts/image.py", one) for one in ("roscore", "roslaunch")),
     ("lab/hosts/workspace.py", "/opt/ros/"),
     ("suggest.py", "roscore"),
-    ("spec/keys_elsewhere.py", "relay"),  # a key that somebody may try
+    ("spec/model_lookup.py", "relay"),  # a key that somebody may try
     ("robot_types/ros_launchable.py", "joystick.launch"),
     ("spec/model.py", "jazzy"),  # an example of a distribution
     *(("spec/model.py", one) for one in ("filtered", "sealed")),  # those of `security`
     ("spec/model.py", "Where the others reach it; also its ROS_IP (see `ros.naming`)."),
     ("render/quoting.py", ".launch"),
     ("rules/program_files.py", ".launch"),  # a rule with `needs="launch-xml"`
-    ("scaffold/robot_type_file.py", ".launch"),  # a robot type with `driver: {launch: FILE}`
+    ("scaffold/starting_files.py", ".launch"),  # a robot type with `driver: {launch: FILE}`
     ("spec/package_search.py", ".launch"),  # the packages of ROS 1 that lie beside a spec
     (
         "health/checks/driver.py",

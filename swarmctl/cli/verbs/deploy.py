@@ -217,7 +217,7 @@ def _remember(
 
 def _advise(where: Where, found: Mapping[str, Result], absent: tuple[str, ...], code: int) -> None:
     """What comes after a deploy: hosts to prepare, to leave out or to try again, or a look at the swarm."""
-    from swarmctl.plan.host_preparation import PREPARE_INSTALLS
+    from swarmctl.plan.preflight import PREPARE_INSTALLS
 
     lacking = rollout_output.unfit(found, PREPARE_INSTALLS)
     if lacking:

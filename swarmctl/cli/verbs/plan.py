@@ -90,7 +90,7 @@ def plan(
 
 def _advise(made: Plan, where: Where) -> None:
     """What comes after a plan: keys to pin, hosts to prepare, a deploy, or a look at the running swarm."""
-    from swarmctl.plan.host_preparation import PREPARE_INSTALLS
+    from swarmctl.plan.preflight import PREPARE_INSTALLS
 
     kinds = {host.problem.kind for host in made.problems if host.problem}
     if "host-key" in kinds and not where.in_lab:

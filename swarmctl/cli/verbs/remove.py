@@ -98,7 +98,7 @@ def remove(
 
 def _read_lists(lists: HostLists, targets: Mapping[str, Target], where: Where) -> None:
     """Reads which hosts the hosts of the spec name."""
-    from swarmctl.deploy.host_lists import read_all
+    from swarmctl.deploy.host_list_updates import read_all
     from swarmctl.views.escape import printable
 
     errors = read_all(lists, targets.values(), where.transport, where.parallel)
@@ -117,7 +117,7 @@ def _forget(
     logged: bool = False,
 ) -> None:
     """Removes hosts from the lists of the others and from the journal; ``logged``: in the history, too."""
-    from swarmctl.deploy.host_lists import write_all_anew
+    from swarmctl.deploy.host_list_updates import write_all_anew
 
     wanted = lists.wanted((), lists.spec, names)
     hosts = lists.hosts if logged else lists.outdated(lists.hosts, wanted)

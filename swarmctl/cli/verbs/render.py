@@ -16,7 +16,6 @@ import typer
 
 from swarmctl.cli import console, file_writes, options, selected
 from swarmctl.cli.where import Where
-from swarmctl.yamltext.files import content
 
 if TYPE_CHECKING:
     from swarmctl.render.bundle import Bundle
@@ -104,6 +103,8 @@ def _foreign(path: Path) -> list[Path]:
 
 def _rendered(folder: Path) -> set[Path] | None:
     """The files that the manifest in ``folder`` lists; None if it is not the folder of a host."""
+    from swarmctl.yamltext.files import content
+
     try:
         manifest = json.loads(content(folder / "manifest.json"))
     except (OSError, ValueError):

@@ -9,7 +9,6 @@ from typing import Any
 
 from swarmctl.lab.faults import host_faults, robot_faults
 from swarmctl.lab.faults.fault_kind import FaultKind, RunningLab
-from swarmctl.suggest import nearest
 
 KINDS: dict[str, FaultKind] = {
     kind.name: kind
@@ -51,6 +50,8 @@ def read(line: str) -> FaultWords:
     words = shlex.split(line)
     name = words[0] if words else ""
     if name not in KINDS:
+        from swarmctl.suggest import nearest  # noqa: PLC0415  the help needs none of it
+
         likely = nearest(name, KINDS)
         hint = f"did you mean `{likely}`?" if likely else f"the kinds are {', '.join(KINDS)}"
         raise ValueError(f"there is no fault `{name}`; {hint}")
