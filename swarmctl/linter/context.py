@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from swarmctl.analysis.host_load import HostBudget, host_budgets
-from swarmctl.analysis.network_load import listeners
+from swarmctl.analysis.listeners import listeners
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.launch_uses import LaunchUse, launch_uses

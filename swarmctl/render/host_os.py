@@ -18,7 +18,7 @@ from swarmctl.render.bundle import ROOT, File, Part, Unit
 from swarmctl.render.quoting import render
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of, subnet_of
-from swarmctl.swarm.flows import followed
+from swarmctl.swarm.clocks import followed
 from swarmctl.swarm.resolved import Host, Robot, Swarm
 
 HOSTS = "/etc/hosts"

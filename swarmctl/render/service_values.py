@@ -1,4 +1,4 @@
-"""What all units of a host share, whatever its ROS."""
+"""What all units of a host share, whatever its ROS, and the terms of `maintenance` that its agent reads."""
 
 from __future__ import annotations
 

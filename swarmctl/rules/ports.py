@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.analysis.network_load import master_offsets
+from swarmctl.analysis.listeners import master_offsets
 from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.swarm.ports import (

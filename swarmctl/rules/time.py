@@ -8,7 +8,7 @@ from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.topics import bridged
 from swarmctl.swarm.addresses import means_self, normal
-from swarmctl.swarm.flows import time_root
+from swarmctl.swarm.clocks import time_root
 from swarmctl.swarm.topics import CLOCK
 from swarmctl.yamltext import edits
 

@@ -19,8 +19,9 @@ from swarmctl.spec.selection_expansion import candidates_in
 from swarmctl.swarm.addresses import advertised, ros_address, wireguard_network
 from swarmctl.swarm.authority import Authority, commanded_by
 from swarmctl.swarm.bridges import bridges_of
+from swarmctl.swarm.clocks import time_root
 from swarmctl.swarm.flow import peers_of
-from swarmctl.swarm.flows import ros_flows, time_root
+from swarmctl.swarm.flows import ros_flows
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import ssh_port
 from swarmctl.swarm.resolved import ForeignDriver, Host, Network, Program, Robot, Swarm, SwarmctlDriver

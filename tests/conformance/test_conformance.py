@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 import swarm_onboard.driver.session
-from swarm_onboard.command.command_mailbox import CommandMailbox, DeadMan
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.driver.config import Kinematics, Scale
 from swarm_onboard.driver.kinematics import Pose, Units
 from swarm_onboard.driver.link import BytePort

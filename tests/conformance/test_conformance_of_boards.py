@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 import swarm_onboard.driver.rosserial_robot
-from swarm_onboard.command.command_mailbox import CommandMailbox, DeadMan
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.dead_man import DeadMan
 
 from swarmctl.conformance.bench import NotStoppedError
 from swarmctl.conformance.bench_runner import BOARD_CHECKS, run_checks

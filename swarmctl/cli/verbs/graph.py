@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from swarmctl.analysis.command_paths import CommandPath
-    from swarmctl.analysis.impact import Part
+    from swarmctl.analysis.swarm_part import Part
     from swarmctl.swarm.index import SwarmIndex
 
 
@@ -84,7 +84,7 @@ def graph(
 
 def _part(index: SwarmIndex, limit: list[str] | None) -> Part:
     """The selected hosts with what concerns them; the whole swarm without ``limit``."""
-    from swarmctl.analysis.impact import part_of
+    from swarmctl.analysis.swarm_part import part_of
     from swarmctl.swarm.resolve import resolve
 
     hosts = selected.hosts(resolve(index.document).candidates, limit) if limit else index.spec.hosts

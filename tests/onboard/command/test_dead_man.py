@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from swarm_onboard.command.command_mailbox import CommandMailbox, DeadMan
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.dead_man import DeadMan
 
 
 @pytest.mark.parametrize(("age", "holds"), [(0.0, True), (0.49, True), (0.5, False), (4.9, False)])

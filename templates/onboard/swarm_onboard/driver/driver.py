@@ -9,7 +9,8 @@ from enum import Enum
 from typing import Any, Callable, Mapping, Sequence
 
 from swarm_onboard.command.authority import Standing
-from swarm_onboard.command.command_mailbox import CommandMailbox, DeadMan
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.command.limits import STANDSTILL
 from swarm_onboard.command.report import Level, Report
 from swarm_onboard.command.stop_latch import StopLatch

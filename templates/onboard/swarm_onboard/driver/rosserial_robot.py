@@ -9,7 +9,7 @@ import contextlib
 import time
 from collections import deque
 
-from swarm_onboard.command.command_mailbox import DeadMan
+from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.command.report import Level
 from swarm_onboard.driver.config import Config
 from swarm_onboard.driver.connection import ConnectionContext

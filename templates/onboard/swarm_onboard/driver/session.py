@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Callable, Protocol, Sequence
 
-from swarm_onboard.command.command_mailbox import CommandMailbox, DeadMan
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.command.report import Level, Report
 from swarm_onboard.driver.actuators import ActuatorSettings, Change, SentSettings
 from swarm_onboard.driver.codec import BadReplyError, Values

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any, Callable, Mapping, Protocol
 
 from swarm_onboard.command.authority import Standing
-from swarm_onboard.command.command_mailbox import Command, CommandMailbox, DeadMan
+from swarm_onboard.command.command_mailbox import Command, CommandMailbox
+from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.command.limits import STANDSTILL, Velocity
 from swarm_onboard.command.report import Level, Report
 from swarm_onboard.command.stop_latch import StopLatch
