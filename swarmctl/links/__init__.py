@@ -1,1 +1,1 @@
-"""The kinds of links, one file for each: its keys in a spec, and all that other code asks of it."""
+"""The kinds of links: the keys of each in a spec, and all that other code asks of it."""
