@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from swarmctl.cli import complete, console, exit_codes, lab_targets, options, selected, spec_args
+from swarmctl.cli import complete, console, exit_codes, lab_selection, options, selected, spec_args
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.cli.verbs import firmware, lab_scenario
 from swarmctl.cli.where import Where
@@ -58,12 +58,12 @@ def _cause(kind: FaultKind, spec: SpecFiles, selections: list[str], name: str, t
 
     value = _read(kind, text)
     outcome: dict[str, list[str]] = {}
-    with lab_targets.errors(spec, name):
+    with lab_selection.errors(spec, name):
         if kind.of_robots:
-            which, chosen = lab_targets.robots(spec, name, selections)
+            which, chosen = lab_selection.robots(spec, name, selections)
         else:
             network = text if kind.option is not None and kind.option.name == "network" else ""
-            which, chosen = lab_targets.hosts(spec, name, selections, network)
+            which, chosen = lab_selection.hosts(spec, name, selections, network)
         for target in chosen:
             outcome.setdefault(labs.fault(which, kind.name, target, value), []).append(target)
     for what, targets in outcome.items():
@@ -90,7 +90,7 @@ def _verb(kind: FaultKind) -> Any:
         "spec": (options.Spec, inspect.Parameter.empty),
         "targets": (Robots if kind.of_robots else Hosts, inspect.Parameter.empty),
         "overlays": (options.Overlays, None),
-        "name": (lab_targets.Name, ""),
+        "name": (lab_selection.Name, ""),
     }
     if option is not None:
         shown = typer.Option(f"--{option.name}", metavar=option.metavar, help=option.help)
@@ -115,14 +115,14 @@ def repair(
     spec: options.Spec,
     targets: Targets = None,
     overlays: options.Overlays = None,
-    name: lab_targets.Name = "",
+    name: lab_selection.Name = "",
 ) -> None:
     """End all faults of a lab, or those of the targets, and wait until their hosts answer SSH."""
     from swarmctl.lab import lab as labs
     from swarmctl.yamltext import hostlist
 
-    with lab_targets.errors(spec, name):
-        which, hosts, robots = lab_targets.hosts_and_robots(spec, name, targets or [])
+    with lab_selection.errors(spec, name):
+        which, hosts, robots = lab_selection.hosts_and_robots(spec, name, targets or [])
         labs.repair(which, lambda line: console.show(line, error=True), hosts, robots)
     chosen = hostlist.written([*(hosts or ()), *(robots or ())])
     console.out().print(f"{chosen or f'lab {which}'}: no faults")
@@ -141,7 +141,7 @@ lab = typer.Typer(
 def up(
     spec: options.Spec,
     overlays: options.Overlays = None,
-    name: lab_targets.Name = "",
+    name: lab_selection.Name = "",
     workspace: Annotated[
         Path | None,
         typer.Option("--workspace", metavar="DIR", help="A built catkin workspace, installed on every host."),
@@ -169,7 +169,7 @@ def up(
     from swarmctl.lab.lab_plan import part_of, plan_of
 
     swarm = console.read_spec(spec)
-    with lab_targets.errors(spec, name):
+    with lab_selection.errors(spec, name):
         own = user_emulators(spec.files[0].resolve().parent / "robots")
         plan = plan_of(swarm, name or None, own, firmware.simulated(swarm) if boards else {})
         if workspace is not None:
@@ -197,18 +197,18 @@ def _with_masters(swarm: Swarm, hosts: list[str]) -> list[str]:
 def down(
     spec: options.AnySpec,
     overlays: options.Overlays = None,
-    name: lab_targets.Name = "",
+    name: lab_selection.Name = "",
     every: Annotated[bool, typer.Option("--all", help="Remove every lab on this machine.")] = False,
 ) -> None:
     """Remove a lab: processes, mounts, namespaces and disks."""
     from swarmctl.lab import lab as labs
     from swarmctl.lab import paths
 
-    with lab_targets.errors(spec, name):
+    with lab_selection.errors(spec, name):
         if every:
             names = [place.name for place in paths.all_labs()]
         elif name or (spec := spec or spec_args.usual()):
-            names = [lab_targets.name_of(spec, name)]
+            names = [lab_selection.name_of(spec, name)]
         else:
             console.fail("the lab is missing", "give its spec, --name or --all")
         for one in names:
@@ -219,7 +219,7 @@ def down(
 def status(
     spec: options.Spec,
     overlays: options.Overlays = None,
-    name: lab_targets.Name = "",
+    name: lab_selection.Name = "",
     limit: options.Limit = None,
     details: options.Details = False,
     json: options.Json = False,
@@ -228,13 +228,13 @@ def status(
     from swarmctl.lab import lab as labs
     from swarmctl.views import lab as view
 
-    with lab_targets.errors(spec, name):
+    with lab_selection.errors(spec, name):
         if limit:
-            which, chosen = lab_targets.hosts(spec, name, limit, option="--limit")
+            which, chosen = lab_selection.hosts(spec, name, limit, option="--limit")
             found = labs.status(which)
             found["hosts"] = [host for host in found["hosts"] if host["name"] in chosen]
         else:
-            found = labs.status(lab_targets.name_of(spec, name))
+            found = labs.status(lab_selection.name_of(spec, name))
     if json:
         console.print_json({"v": 1} | found)
     else:
@@ -246,7 +246,7 @@ def status(
 def robots(
     spec: options.Spec,
     overlays: options.Overlays = None,
-    name: lab_targets.Name = "",
+    name: lab_selection.Name = "",
     limit: Annotated[
         list[str] | None,
         typer.Option(
@@ -263,14 +263,14 @@ def robots(
     from swarmctl.lab import lab as labs
     from swarmctl.views import lab as view
 
-    with lab_targets.errors(spec, name):
+    with lab_selection.errors(spec, name):
         if limit:
-            which, known = lab_targets.candidates(spec, name, limit)
+            which, known = lab_selection.candidates(spec, name, limit)
             whole = labs.robots(which)
-            chosen = lab_targets.there(which, selected.robots(known, limit, "--limit"), list(whole))
+            chosen = lab_selection.there(which, selected.robots(known, limit, "--limit"), list(whole))
             found = {robot: whole[robot] for robot in chosen}
         else:
-            found = labs.robots(lab_targets.name_of(spec, name))
+            found = labs.robots(lab_selection.name_of(spec, name))
     if json:
         console.print_json({"v": 1, "robots": found})
     else:
@@ -291,7 +291,7 @@ def shell(
         list[str] | None, typer.Argument(help="A command instead of a shell, after `--`.")
     ] = None,
     overlays: options.Overlays = None,
-    name: lab_targets.Name = "",
+    name: lab_selection.Name = "",
 ) -> None:
     """Open a shell on a host over SSH, or run a command there and exit with its exit code.
 
@@ -302,13 +302,13 @@ def shell(
     from swarmctl.lab.hosts import network
     from swarmctl.lab.lab_addresses import OPERATOR
 
-    with lab_targets.errors(spec, name):
-        which = lab_targets.name_of(spec, name)
+    with lab_selection.errors(spec, name):
+        which = lab_selection.name_of(spec, name)
         meeting = labs.operator(which)
         if host == OPERATOR:
             argv = lines.operator_argv(command or (), os.environ.get("SHELL", "/bin/sh"))
         else:
-            host = selected.one(lab_targets.candidates(spec, name, [host])[1], host, "hosts", "HOST")
+            host = selected.one(lab_selection.candidates(spec, name, [host])[1], host, "hosts", "HOST")
             line = lines.host_line(lines.setup_file(meeting.swarm), command or ())
             argv = labs.ssh_argv(which, host, (line,), terminal=_at_terminal())
         network.enter(meeting.namespace)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, lab_targets, options, swarm_look
+from swarmctl.cli import console, exit_codes, lab_selection, options, swarm_look
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.cli.where import Where
 
@@ -29,7 +29,7 @@ def scenario(
     spec: options.Spec,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The scenario file.")],
     overlays: options.Overlays = None,
-    name: lab_targets.Name = "",
+    name: lab_selection.Name = "",
     only: Annotated[
         list[str] | None,
         typer.Option("--only", metavar="TEXT", help="Only the faults with TEXT in their names (repeatable)."),
@@ -38,11 +38,11 @@ def scenario(
 ) -> None:
     """Cause the faults of a file one by one in a deployed lab, and check what status says of each."""
     from swarmctl.health.fault_response import Observer
-    from swarmctl.views import fault_responses as view
+    from swarmctl.views import tables as view
 
     entries = _entries(file, only or [])
-    with lab_targets.errors(spec, name):
-        lab = _Lab(spec, lab_targets.name_of(spec, name))
+    with lab_selection.errors(spec, name):
+        lab = _Lab(spec, lab_selection.name_of(spec, name))
         deeds = [(entry, *lab.deeds(entry)) for entry in entries]
         with Where(spec, lab=True).transport() as transport:
             observer = Observer(_look(lab, transport), time.monotonic)
@@ -51,7 +51,7 @@ def scenario(
     if json:
         console.print_json({"v": 1, "as_expected": good, "faults": [one.to_json() for one in found]})
     elif found:
-        console.out().print(view.table(found))
+        console.out().print(view.response_table(found))
     if problem:
         again = spec.command("lab repair", *(["--name", name] if name else []))
         console.fail(problem, f"`{again}` ends all faults of the lab", code=exit_codes.UNHEALTHY)
@@ -133,7 +133,7 @@ class _Lab:
         from swarmctl.lab.faults import kinds
 
         words = kinds.read(line)
-        find = lab_targets.robots if words.kind.of_robots else lab_targets.hosts
+        find = lab_selection.robots if words.kind.of_robots else lab_selection.hosts
         _, targets = find(self.spec, self.name, list(words.selections))
 
         def begin() -> None:

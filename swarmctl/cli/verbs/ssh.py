@@ -51,11 +51,11 @@ def ssh(
 
 
 def _in_lab(spec: SpecFiles, lab_name: str, host: str, line: str, *, terminal: bool) -> tuple[str, ...]:
-    from swarmctl.cli import lab_targets
+    from swarmctl.cli import lab_selection
     from swarmctl.lab import lab as labs
 
-    with lab_targets.errors(spec, lab_name):
-        lab_targets.there(lab_name, [host], [one.name for one in labs.plan(lab_name).hosts])
+    with lab_selection.errors(spec, lab_name):
+        lab_selection.there(lab_name, [host], [one.name for one in labs.plan(lab_name).hosts])
         return labs.ssh_argv(lab_name, host, (line,) if line else (), terminal=terminal)
 
 

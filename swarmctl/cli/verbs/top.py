@@ -25,7 +25,7 @@ def top(
     """
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.health.host_costs import HostCosts, chosen
-    from swarmctl.views import unit_costs as view
+    from swarmctl.views import tables as view
 
     swarm = console.read_spec(where.spec)
     parts = selected.parts(swarm.candidates, selection, "SELECTION")
@@ -36,7 +36,7 @@ def top(
 
         with console.until_ctrl_c(), Live(console=console.out(), auto_refresh=False) as live:
             while True:
-                live.update(view.table(*chosen(costs.latest(), parts)), refresh=True)
+                live.update(view.cost_table(*chosen(costs.latest(), parts)), refresh=True)
                 time.sleep(every)
     costs.wait_for_all()
     units, errors = chosen(costs.latest(), parts)
@@ -44,7 +44,7 @@ def top(
         failed = [{"host": host, **one.to_json()} for host, one in errors.items()]
         console.print_json({"v": 1, "units": [dataclasses.asdict(one) for one in units], "errors": failed})
     else:
-        console.out().print(view.table(units, errors))
+        console.out().print(view.cost_table(units, errors))
     unreached = exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK
     reached = any(one.reached for one in errors.values())
     raise typer.Exit(exit_codes.HOSTS_FAILED if reached else unreached)

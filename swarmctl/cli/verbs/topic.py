@@ -48,7 +48,7 @@ def list_(
     from swarmctl.remote.parallel_hosts import Finished
     from swarmctl.render.middleware import middleware_of
     from swarmctl.render.topic_tool import listed
-    from swarmctl.views import topics as view
+    from swarmctl.views import tables as view
 
     swarm = console.read_spec(where.spec)
     targets = where.targets(swarm)
@@ -75,7 +75,7 @@ def list_(
     if json:
         console.print_json({"v": 1, "swarm": swarm.name, **_document(found, errors)})
     elif found:
-        console.out().print(view.table(found))
+        console.out().print(view.topic_table(found))
     for error in errors.values():
         console.show(f"{error.kind.value}: {error.message}", error=True)
         if error.hint:

@@ -16,7 +16,7 @@ from swarm_onboard.ros1 import master
 from swarm_onboard.ros1.board_types import raw_class
 
 if TYPE_CHECKING:
-    from swarm_onboard.ros1.master import Registration
+    from swarm_onboard.ros1.registration import Registration
 
 _FAREWELL = 1.0  # s
 _BOARD_QUEUE = 10
@@ -33,12 +33,12 @@ def join(name: str, _namespace: str, end: Callable[[], None]) -> Node:
 def join_for_good(name: str, namespace: str, end: Callable[[], None]) -> Node:
     """Becomes the node ``name``, which nobody's request ends. Else as ``join``."""
     # They change rospy, which a teleop leaves as it is.
-    from swarm_onboard.ros1 import connections, master  # noqa: PLC0415
+    from swarm_onboard.ros1 import connections, registration  # noqa: PLC0415
 
     connections.bound()
-    master.ignore_shutdown_requests()
+    registration.ignore_shutdown_requests()
     node = join(name, namespace, end)
-    node.registration = master.Registration()
+    node.registration = registration.Registration()
     return node
 
 

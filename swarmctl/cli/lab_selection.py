@@ -14,6 +14,7 @@ from swarmctl.cli.spec_args import SpecFiles
 if TYPE_CHECKING:
     from swarmctl.spec.selection_candidates import Candidates
 
+
 Name = Annotated[
     str, typer.Option("--name", metavar="NAME", help="The name of the lab; by default that of the swarm.")
 ]
