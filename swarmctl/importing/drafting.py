@@ -16,9 +16,18 @@ from swarmctl.importing.ansible_hosts import (
 )
 from swarmctl.importing.clearpath_robot import draft_from_clearpath, is_clearpath
 from swarmctl.importing.draft import Draft, lines_of, summary, text_of_lines, with_errors
-from swarmctl.importing.lab_folder import LAUNCH, YAML, LabFolder, is_env_file, is_of_variables, lab_folder
+from swarmctl.importing.lab_folder import (
+    LAUNCH,
+    PYTHON,
+    YAML,
+    LabFolder,
+    is_env_file,
+    is_of_variables,
+    lab_folder,
+)
 from swarmctl.importing.lab_hosts import arrange
 from swarmctl.importing.launch_nodes import draft_from_launch
+from swarmctl.importing.ros2_lab import draft_from_ros_2, is_ros_2_launch, is_ros_2_script
 from swarmctl.linter.runner import check_files
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.ros_packages.launch_files import Place
@@ -33,12 +42,14 @@ class Kind(str, Enum):
     """What a lab's files are."""
 
     LAUNCH = "launch"
+    ROS_2 = "ros2"
     ANSIBLE = "ansible"
     CLEARPATH = "clearpath"
 
 
 _WHAT = {
     Kind.LAUNCH: "launch files or scripts that set ROS_MASTER_URI, ROS_IP or ROS_HOSTNAME",
+    Kind.ROS_2: "launch files of ROS 2, or scripts that set its variables",
     Kind.ANSIBLE: "an Ansible inventory",
     Kind.CLEARPATH: "a Clearpath robot.yaml",
 }
@@ -83,9 +94,11 @@ def _draft(path: Path, folder: LabFolder, kind: Kind | None, spec: Path) -> Draf
     known = load_catalog(spec.parent / "robots").types
     if chosen is Kind.CLEARPATH:
         return draft_from_clearpath(folder, files, known)
-    types = with_protocol(known)
     if chosen is Kind.LAUNCH:
-        return draft_from_launch(folder, types)
+        return draft_from_launch(folder, known)
+    if chosen is Kind.ROS_2:
+        return draft_from_ros_2(folder, known)
+    types = with_protocol(known)
     if len(files) > 1:
         raise DraftError(
             f"`{path}` has {len(files)} inventories: {', '.join(files[:10])}",
@@ -122,6 +135,10 @@ def _kinds(folder: LabFolder) -> Mapping[Kind, Sequence[str]]:
 def _kind(path: str, folder: LabFolder) -> Kind | None:
     """The kind of one file. One that is not YAML is added to what is not read."""
     text = folder.texts[path]
+    if is_ros_2_launch(path, text) or is_ros_2_script(path, text):
+        return Kind.ROS_2
+    if path.endswith(PYTHON):
+        return None
     if path.endswith(LAUNCH):
         return Kind.LAUNCH
     if path.endswith(YAML):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import posixpath
 import re
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -21,10 +21,11 @@ from swarmctl.yamltext.files import LoadBudget
 from swarmctl.yamltext.project_files import ProjectFiles
 
 LAUNCH = (".launch", ".launch.xml")
+PYTHON = ".py"  # of which those are read that return a launch description
 SCRIPTS = (".bash", ".sh", ".zsh", ".env")
 YAML = (".yaml", ".yml", ".json")
 VARIABLES = ("group_vars", "host_vars")
-_SUFFIXES = (*LAUNCH, *SCRIPTS, *YAML, ".ini")
+_SUFFIXES = (*LAUNCH, PYTHON, *SCRIPTS, *YAML, ".ini")
 _PLAIN_NAMES = ("hosts", "inventory", "env", "setup", "bashrc", "environment")  # without a suffix
 _MAX_FILE = 256 << 10
 _MAX_FOLDERS = 500
@@ -82,8 +83,9 @@ def _text(files: ProjectFiles, path: Path) -> str | Diagnostic:
 
 def _beside(files: ProjectFiles, path: Path) -> Iterator[str]:
     """The files that belong to one file: variables of an inventory, launch files in its folder."""
-    if path.name.endswith(LAUNCH):
-        yield from (name for name in files.names(path.parent) if name.endswith(LAUNCH))
+    launch = (*LAUNCH, PYTHON)
+    if path.name.endswith(launch):
+        yield from (name for name in files.names(path.parent) if name.endswith(launch))
     for folder in VARIABLES:
         yield from _below(files, path.parent, folder)
 
@@ -108,6 +110,8 @@ def _may_be_read(path: str) -> bool:
     name = posixpath.basename(path)
     if is_of_variables(path):
         return not name.endswith(("~", ".bak", ".orig", ".retry"))
+    if name.endswith(PYTHON):
+        return "launch" in path
     return name.endswith(_SUFFIXES) or ("." not in name and name.startswith(_PLAIN_NAMES))
 
 
@@ -117,22 +121,30 @@ def is_of_variables(path: str) -> bool:
 
 
 _VARIABLES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
+#: The variables by which nodes of ROS 2 find each other.
+OF_ROS_2 = (
+    "ROS_DOMAIN_ID", "RMW_IMPLEMENTATION", "ROS_DISCOVERY_SERVER", "ROS_AUTOMATIC_DISCOVERY_RANGE",
+    "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY", "CYCLONEDDS_URI", "FASTRTPS_DEFAULT_PROFILES_FILE",
+    "ZENOH_SESSION_CONFIG_URI", "ZENOH_ROUTER_CONFIG_URI",
+)  # fmt: skip
 _BEFORE = {"export", "then", "else", "do", "{"}  # words before an assignment
 _ASSIGNMENT = re.compile(r"(\w+)=(.*)", re.DOTALL)
 _COMPUTED = re.compile(r"[$`{}*\\]")
 
 
-def is_env_file(text: str) -> bool:
+def is_env_file(text: str, variables: Sequence[str] = _VARIABLES) -> bool:
     """Returns True if a script sets a variable that says which master or address ROS uses."""
-    return any(any(_assignments(line)) for line in text.splitlines())
+    return any(any(_assignments(line, variables)) for line in text.splitlines())
 
 
-def env_of(path: str, text: str) -> tuple[Mapping[str, Value], list[str]]:
+def env_of(
+    path: str, text: str, variables: Sequence[str] = _VARIABLES
+) -> tuple[Mapping[str, Value], list[str]]:
     """Returns the ROS variables of a script, and why others are not known."""
     found: dict[str, Value] = {}
     unread: dict[str, str] = {}
     for number, line in enumerate(text.split("\n"), 1):
-        for name, value in _assignments(line):
+        for name, value in _assignments(line, variables):
             place, before = Place(path, number), found.pop(name, None)
             if _COMPUTED.search(value):
                 unread[name] = f"{place}: {name} is computed by the shell"
@@ -143,9 +155,9 @@ def env_of(path: str, text: str) -> tuple[Mapping[str, Value], list[str]]:
     return found, list(unread.values())
 
 
-def _assignments(line: str) -> Iterator[tuple[str, str]]:
+def _assignments(line: str, variables: Sequence[str]) -> Iterator[tuple[str, str]]:
     """The ROS variables that a line sets, alone or with others: not those of an `echo`."""
-    if not any(name in line for name in _VARIABLES):
+    if not any(name in line for name in variables):
         return
     words = shlex.shlex(line, posix=True, punctuation_chars=";&|")
     words.whitespace_split = True
@@ -153,7 +165,7 @@ def _assignments(line: str) -> Iterator[tuple[str, str]]:
     try:
         for word in words:
             assignment = _ASSIGNMENT.fullmatch(word) if is_start else None
-            if assignment and assignment[1] in _VARIABLES:
+            if assignment and assignment[1] in variables:
                 yield assignment[1], assignment[2]
             is_start = bool(assignment) or word in _BEFORE or not word.strip(";&|")
     except ValueError:  # a quote that another line closes

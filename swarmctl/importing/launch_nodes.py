@@ -10,6 +10,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeGuard
 
+import yaml
+
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.fkie_settings import FkieSettings
 from swarmctl.importing.lab_folder import LAUNCH, LabFolder, env_of, is_env_file, own_address
@@ -18,10 +20,23 @@ from swarmctl.importing.unknown_values import Unknown, is_secret
 from swarmctl.links.link_base import Line
 from swarmctl.plugins import LINK_KINDS
 from swarmctl.render.ros1.multimaster.fkie import FAMILIES
+from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_launchable import escaped
-from swarmctl.ros_packages.launch_files import Launched, Machine, Node, Place, Refusal, Setting, evaluate
+from swarmctl.robot_types.ros_robot_type import RosRobotType
+from swarmctl.ros_packages.launch_files import (
+    Include,
+    Launched,
+    Machine,
+    Node,
+    Place,
+    Refusal,
+    Setting,
+    evaluate,
+)
 from swarmctl.ros_packages.package import Package
+from swarmctl.ros_packages.xml_launch import is_of_ros_2
 from swarmctl.swarm.addresses import ip_of, means_self
 from swarmctl.swarm.names import robot_namespace, valid_name
 
@@ -44,7 +59,7 @@ def program_fields(node: Node) -> dict[str, Value]:
 def left_out(node: Node, unknown: Unknown) -> Iterator[str]:
     """Says what of a node its program does not have, but for what is ``unknown``."""
     for one in (*node.parameters, *node.environment):
-        if not unknown.has(one.place, "value") and (why := _why_left_out(one)):
+        if not unknown.has(one.place, "value", one.name) and (why := _why_left_out(one)):
             yield f"{one.place}: {one.name} {why}"
     if node.arguments is not None and _words(node) is None:
         yield f"{node.place}: its args may have a secret, or a quote that does not end"
@@ -84,6 +99,8 @@ def _typed(one: Setting) -> Any:
                 return number
         except ValueError:
             continue
+        if kind == "yaml":
+            return yaml.safe_load(text)  # a list that an evaluator wrote as JSON
         if kind in {"bool", "boolean"} and text.lower() in {"true", "false"}:
             return text.lower() == "true"
     return escaped(text)
@@ -162,35 +179,49 @@ _ONE_MASTER = "roslaunch starts the nodes of every <machine> with the master whe
 _GENERAL = {"setup", "env", "environment", "ros", "bashrc", "ros-env", "ros-setup", "local-setup"}
 _OF_SCRIPTS = re.compile(r"[-_](env|environment|setup|ros|bashrc)$")  # k3_env.sh
 _OF_NODES = re.compile(r"(_(driver|node|base|robot))+$")
+_NAMESPACES = ("namespace", "robot_namespace")  # arguments of launch files
+_OF_LAUNCH = re.compile(r"[-_]launch$")
 _MULTIMASTERS = {
     node.package: packages for packages, one in FAMILIES.items() for node in (one.discovery, one.sync)
 }
 
 
-def draft_from_launch(folder: LabFolder, types: Mapping[str, RobotType]) -> Draft:
+def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Draft:
     """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types."""
     launched = _launched(folder)
-    unknown = {
-        (_normal(place), key): why for one in launched.values() for (place, key), why in one.unknown.items()
-    }
-    lab = _Lab(types, unknown)
+    lab = Lab(types, reasons(launched))
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
     lab.add_scripts(folder)
-    for path, node in _nodes(launched):
+    for path, node in nodes_in(launched):
         if node.certain and node.package in _MULTIMASTERS:
             lab.fkie.add_hosts(node, launched[path])
-    if not lab.draft.hosts and any(one.nodes for one in launched.values()):
+    if not lab.draft.hosts and any(one.nodes or one.includes for one in launched.values()):
         why = "no file names a computer; write each, and which one starts what"
         lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "it starts all nodes")
     lab.add_nodes(launched)
-    lab.draft.unread += (*lab.unknown.unread(), *_unread(launched))
+    lab.add_masters()
+    lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     return lab.draft
 
 
-class _Lab:
-    def __init__(self, types: Mapping[str, RobotType], unknown: Mapping[tuple[Place, str], str]) -> None:
-        self.types = types
+def reasons(launched: Mapping[str, Launched]) -> Mapping[tuple[Place, str], str]:
+    """Returns on what the attributes depend that are not known."""
+    return {
+        (_normal(place), key): why for one in launched.values() for (place, key), why in one.unknown.items()
+    }
+
+
+class Lab:
+    """A draft of what launch files and scripts start."""
+
+    def __init__(self, types: Mapping[str, AnyRobotType], unknown: Mapping[tuple[Place, str], str]) -> None:
+        self.types = with_protocol(types)
+        self.drivers: dict[tuple[str, str], dict[str, RosDriver]] = {}  # types by package and launch file
+        for name, kind in types.items():
+            for one in kind.drivers if isinstance(kind, RosRobotType) else ():
+                if one.launch:
+                    self.drivers.setdefault((one.package, posixpath.basename(one.launch)), {})[name] = one
         self.unknown = Unknown(unknown)
         self.draft = Draft("launch files and scripts")
         self.hosts = LabHosts(self.draft)
@@ -259,7 +290,7 @@ class _Lab:
     def add_nodes(self, launched: Mapping[str, Launched]) -> None:
         """Adds robots, then programs, which may name robots, and the master of machines."""
         programs: list[tuple[Node, Value]] = []
-        for path, node in _nodes(launched):
+        for path, node in nodes_in(launched):
             kind = driven_type(node.package or "", node.executable or "", self.types)
             packages = _MULTIMASTERS.get(node.package or "")
             if None in (node.package, node.executable, node.name):
@@ -278,6 +309,12 @@ class _Lab:
                 programs.append((node, self._host_of(node, path)))
         for node, host in programs:
             self._add_program(node, host)
+        for path, one in launched.items():
+            for include in one.includes:
+                self._add_include(include, path)
+
+    def add_masters(self) -> None:
+        """Adds the master of each machine: roslaunch starts all nodes with one."""
         if self.hub:
             hub = Value(self.hub, guess=_ONE_MASTER)
         elif self.draft.masters or self.draft.multimaster:
@@ -287,6 +324,56 @@ class _Lab:
                 next(iter(self.draft.hosts), ""), guess=_ONE_MASTER, fill_in="where roslaunch is started"
             )
         self.draft.masters = {**dict.fromkeys(self.machines.values(), hub), **self.draft.masters}
+
+    def _add_include(self, include: Include, path: str) -> None:
+        """Adds what a file that is not here starts: a robot if it is the driver of a type, else a program."""
+        place, file = _normal(include.place), posixpath.basename(include.file)
+        if include.namespace is None or not include.package:
+            why = "its namespace is not known here" if include.package else "the included file is not here"
+            self.draft.unread.append(f"{place}: {why}")
+            return
+        host = self._host_of(Node("", "", "", (), place, include.certain), path)
+        given = {name: value for name, value in include.arguments.items() if value is not None}
+        for secret in [name for name, value in given.items() if is_secret(name, value)]:
+            self.draft.unread.append(f"{place}: {secret} may be a secret")
+            del given[secret]
+        namespace = include.namespace.strip("/")
+        drivers = self.drivers.get((include.package, file), {})
+        if drivers:
+            arguments = (*(one.namespace_argument or "" for one in drivers.values()), *_NAMESPACES)
+            inner = next((given[one] for one in arguments if one in given), "")
+            namespace = namespace or inner.strip("/")
+            kind, *others = drivers
+            name = named(namespace.rpartition("/")[2] or kind, "robot", place, self.draft.robots)
+            why = f"its driver is {file} of {include.package}"
+            why += f", as of {', '.join(others)}" if others else ""
+            fields = {"type": Value(kind, place, why), "host": host}
+            if namespace and robot_namespace(name.value, None) != f"/{namespace}":
+                fields["namespace"] = Value(namespace, place)
+            self.draft.robots[name.value] = Entry(name, fields)
+            self.namespaces[host.value, namespace] = name.value
+            left = sorted(set(include.arguments) - {*arguments})
+            if left:
+                self.draft.unread.append(
+                    f"{place}: {', '.join(left)}: the driver of the type sets what it needs"
+                )
+            return
+        called = named(
+            _OF_LAUNCH.sub("", file.partition(".")[0]),
+            "node",
+            place,
+            {*self.draft.programs, *self.draft.robots},
+        )
+        of_robot = self.namespaces.get((host.value, namespace), "")
+        fields = {"robot": Value(of_robot, place)} if of_robot else {"host": host}
+        fields |= {"package": Value(include.package, place), "launch": Value(file, place)}
+        if given:
+            fields["args"] = Value({key: escaped(one) for key, one in given.items()}, place)
+        if namespace and not of_robot:
+            fields["namespace"] = Value(namespace, place)
+        self.draft.programs[called.value] = Entry(called, fields)
+        for one in (name for name, value in include.arguments.items() if value is None):
+            self.draft.unread.append(f"{place}: the argument `{one}` is not known here")
 
     def _host_of(self, node: Node, path: str) -> Value:
         """The host of a node: that of its machine, or where its launch file is started."""
@@ -362,20 +449,32 @@ class _Lab:
 
 def _launched(folder: LabFolder) -> Mapping[str, Launched]:
     """What each launch file brings that no other one includes, by its path."""
-    texts = {path: text.encode() for path, text in folder.texts.items()}
-    whole = Package(_ALL, "", frozenset(), dict.fromkeys(texts, False), texts)
-    packages = {**folder.packages.by_name, _ALL: whole}
+    whole, packages = whole_folder(folder)
     left, found = _LIMIT, dict[str, Launched]()
     for path in sorted(one for one in folder.candidates() if one.endswith(LAUNCH)):
+        if is_of_ros_2(folder.texts[path]):
+            continue
         found[path] = evaluate(whole, path, {}, "/", packages, limit=left)
         left -= found[path].cost
+    return not_included(found)
+
+
+def whole_folder(folder: LabFolder) -> tuple[Package, Mapping[str, Package]]:
+    """Returns the files of a folder as one package, and all packages that launch files may name."""
+    texts = {path: text.encode() for path, text in folder.texts.items()}
+    whole = Package(_ALL, "", frozenset(), dict.fromkeys(texts, False), texts)
+    return whole, {**folder.packages.by_name, _ALL: whole}
+
+
+def not_included(found: Mapping[str, Launched]) -> Mapping[str, Launched]:
+    """Returns what each launch file starts that no other one includes."""
     included = {
         file for path, one in found.items() for file in map(posixpath.normpath, one.files) if file != path
     }
     return {path: one for path, one in found.items() if path not in included}
 
 
-def _nodes(launched: Mapping[str, Launched]) -> Iterator[tuple[str, Node]]:
+def nodes_in(launched: Mapping[str, Launched]) -> Iterator[tuple[str, Node]]:
     """Every node once, with the launch file that starts it."""
     seen: set[tuple[str | None, str | None, Place]] = set()
     for path, one in launched.items():
@@ -389,10 +488,12 @@ def _nodes(launched: Mapping[str, Launched]) -> Iterator[tuple[str, Node]]:
                 yield path, replace(node, place=place, parameters=settings, rosparams=texts)
 
 
-def _unread(launched: Mapping[str, Launched]) -> Iterator[str]:
+def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
+    """Yields what of launch files a draft does not have."""
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"
+        yield from (f"{_normal(place)}: {why}" for place, why in one.left_out)
         unfound = (place for place in one.unfound if (place, "file") not in one.unknown)
         yield from (f"{_normal(place)}: the included file is not here" for place in unfound)
         for fault in one.faults:

@@ -98,6 +98,18 @@ class Machine:
     certain: bool  # as of a node
 
 
+@dataclass(frozen=True)
+class Include:
+    """An include of a file that is not here; None for a namespace or a value that only the host knows."""
+
+    package: str  # empty for a file beside the one that includes it
+    file: str  # its path within the package
+    namespace: str | None
+    arguments: Mapping[str, str | None]
+    place: Place
+    certain: bool
+
+
 @dataclass
 class Launched:
     """All that one launch file and its includes bring."""
@@ -112,6 +124,8 @@ class Launched:
     packages: dict[str, Place] = field(default_factory=dict)  # that it names, with the first place
     files: dict[str, None] = field(default_factory=dict)  # it and its includes, as messages show them
     unfound: list[Place] = field(default_factory=list)  # includes whose file is not known here
+    includes: list[Include] = field(default_factory=list)  # of files that are not here
+    left_out: list[tuple[Place, str]] = field(default_factory=list)  # what has no counterpart in a spec
     unknown: dict[tuple[Place, str], str] = field(default_factory=dict)
     """The substitution on which an attribute depends; `if` is also `unless`, and that of what is around."""
     faults: list[Fault] = field(default_factory=list)
@@ -445,7 +459,13 @@ class _Run:
                 self.child(passing, child)
         package, path = self.found(scope, tag, file)
         if package is None or len(scope.chain) >= _MAX_INCLUDES:
-            self.launched.unfound.append(self.place(scope, tag))
+            match = _FOUND.fullmatch(file or "")
+            if match is None or match[1] in self.packages:
+                self.launched.unfound.append(self.place(scope, tag))
+            else:
+                place, namespace = self.place(scope, tag), self.namespace(scope, tag)
+                one = Include(match[1], posixpath.normpath(match[2]), namespace, given, place, scope.certain)
+                self.launched.includes.append(one)
             return
         inner = _Scope(
             package, path, self.namespace(scope, tag), {**(scope.arguments if passes_all else {}), **given},

@@ -212,7 +212,9 @@ def _local(context: RuleContext) -> Iterator[_Started]:
 def _names(use: LaunchUse) -> frozenset[str]:
     """The names of its nodes; none unless all are known."""
     names = {one.name for one in use.launched.nodes if one.name is not None and one.certain}
-    is_complete = len(names) == len(use.launched.nodes) and not use.launched.unfound
+    is_complete = len(names) == len(use.launched.nodes) and not (
+        use.launched.unfound or use.launched.includes
+    )
     return frozenset(names) if is_complete else frozenset()
 
 

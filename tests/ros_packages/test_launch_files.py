@@ -221,4 +221,7 @@ def test_a_machine_and_a_node_on_it_have_their_values() -> None:
 
 def test_an_include_that_is_not_here_is_known() -> None:
     found = launched(file('<include file="$(find elsewhere)/x.launch" />'))
-    assert ([one.line for one in found.unfound], list(found.files)) == ([2], ["src/own/launch/main.launch"])
+    assert [(one.package, one.file, one.place.line) for one in found.includes] == [
+        ("elsewhere", "x.launch", 2)
+    ]
+    assert list(found.files) == ["src/own/launch/main.launch"]

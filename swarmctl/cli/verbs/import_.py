@@ -21,7 +21,9 @@ def import_(
     kind: Annotated[
         str,
         typer.Option(
-            "--from", metavar="KIND", help="launch, ansible or clearpath; by default what the files contain."
+            "--from",
+            metavar="KIND",
+            help="launch, ros2, ansible or clearpath; by default what the files contain.",
         ),
     ] = "",
     out: Annotated[

@@ -1,0 +1,521 @@
+"""A launch file of ROS 2 as actions, whichever language it is written in, and what these start.
+
+Source: github.com/ros2/launch and launch_ros, the actions and substitutions of Humble to Kilted. What only a
+host, a running launch or Python knows is unknown, with the reason.
+"""
+
+from __future__ import annotations
+
+import json
+import posixpath
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import yaml
+
+from swarmctl.ros_packages.launch_files import Include, Launched, Node, Place, Setting
+from swarmctl.ros_packages.package import Package
+
+_MAX_INCLUDES = 16  # nested
+_LONGEST = 500  # characters of a value
+_LONGEST_LIST = 4000  # characters of a list as text
+_SHARE = re.compile(r"\$\(find-pkg-share ([A-Za-z0-9_-]+)\)/+([^$]+)")
+_TRUE, _FALSE = ("true", "1"), ("false", "0")
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A value that is not known here, and why."""
+
+    why: str
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A launch configuration: ``$(var NAME)``."""
+
+    name: str
+    default: Any = None
+
+
+@dataclass(frozen=True)
+class Text:
+    """Parts that follow each other, of which some are substitutions."""
+
+    parts: tuple[Any, ...]  # str, Variable, Text, Unknown
+
+
+@dataclass(frozen=True)
+class Computed:
+    """A truth that a launch computes of others: ``equals``, ``not``, ``and``, ``or``; or ``if``, a choice."""
+
+    operation: str
+    parts: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """When an action applies: if ``value`` is true, or unless it is."""
+
+    value: Any
+    wanted: bool = True
+
+
+@dataclass(frozen=True)
+class Action:
+    """One action: what it is, its arguments, and the line that it begins at."""
+
+    kind: str
+    line: int
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    condition: Condition | None = None
+
+
+@dataclass(frozen=True)
+class Written:
+    """What a launch file is read as: its actions, and what of it is not read, by line."""
+
+    actions: Sequence[Any]
+    unread: Mapping[int, str] = field(default_factory=dict)
+
+
+#: Reads a launch file; a function of it that needs values gets them from the second argument.
+Reader = Callable[[str, Callable[[Any], Any]], Written]
+
+
+class NotReadError(ValueError):
+    """A file that no launch could read. ``line`` counts from 1."""
+
+    def __init__(self, message: str, line: int) -> None:
+        super().__init__(message)
+        self.line = line
+
+
+@dataclass
+class _Scope:
+    """What holds for a file or a group."""
+
+    package: Package
+    path: str  # of the file, within the package
+    values: dict[str, str | Unknown]  # launch configurations
+    namespace: str | Unknown = ""
+    remaps: tuple[tuple[str, str], ...] = ()
+    parameters: tuple[Setting, ...] = ()
+    environment: tuple[Setting, ...] = ()
+    certain: bool = True
+    condition: str = ""
+    depth: int = 0
+
+    def inner(self) -> _Scope:
+        """Returns a scope whose changes end with it."""
+        return replace(self, values=dict(self.values))
+
+
+def evaluate(
+    package: Package, path: str, packages: Mapping[str, Package], readers: Mapping[str, Reader], *, limit: int
+) -> Launched:
+    """Returns what a launch file starts with the defaults of its arguments, with the includes that are here.
+
+    ``readers`` has one for each suffix of a launch file. It ends after ``limit`` actions.
+    """
+    run = _Run(packages, readers, limit)
+    run.beside = package.contents
+    scope = _Scope(package, path, {})
+    run.file(scope, Place(posixpath.join(package.folder, path), 0))
+    run.launched.cost = limit - run.left
+    return run.launched
+
+
+class _Run:
+    def __init__(self, packages: Mapping[str, Package], readers: Mapping[str, Reader], limit: int) -> None:
+        self.packages, self.readers, self.left = packages, readers, limit
+        self.launched = Launched()
+        self.beside: Mapping[str, bytes] = {}  # files of the folder that all packages lie in, by their paths
+        self.kinds: Mapping[str, Callable[[_Scope, Action], None]] = {
+            "arg": self.argument, "let": self.let, "unset": self.unset, "group": self.group,
+            "children": self.children_of, "namespace": self.push, "node": self.node,
+            "container": self.container, "load": self.components, "include": self.include,
+            "remap": self.remap, "parameter": self.parameter, "environment": self.set_environment,
+            "silent": lambda _scope, _action: None, "later": self.later, "opaque": self.opaque,
+        }  # fmt: skip
+
+    def place(self, scope: _Scope, line: int) -> Place:
+        return Place(posixpath.join(scope.package.folder, scope.path), line)
+
+    def not_read(self, scope: _Scope, line: int, why: str) -> None:
+        self.launched.left_out.append((self.place(scope, line), why))
+
+    def file(self, scope: _Scope, at: Place) -> None:
+        content = scope.package.contents.get(scope.path)
+        reader = next((one for end, one in self.readers.items() if scope.path.endswith(end)), None)
+        if content is None or reader is None or self.left <= 0:
+            return
+        self.launched.files[at.file] = None
+        try:
+            written = reader(content.decode("utf-8", "replace"), lambda one: self.known(scope, one))
+        except NotReadError as error:
+            self.not_read(scope, error.line, str(error))
+            return
+        for line, why in written.unread.items():
+            self.not_read(scope, line, why)
+        self.actions(scope, written.actions)
+
+    def actions(self, scope: _Scope, actions: Any, depth: int = 0) -> None:
+        for one in actions if isinstance(actions, (list, tuple)) else [actions]:
+            self.left -= 1
+            if self.left <= 0 or depth > _MAX_INCLUDES:
+                return
+            if isinstance(one, (list, tuple)):
+                self.actions(scope, one, depth + 1)
+            elif isinstance(one, Action):
+                self.action(scope, one)
+            elif isinstance(one, Unknown):
+                self.not_read(scope, 0, f"what is started depends on {one.why}")
+
+    def action(self, scope: _Scope, action: Action) -> None:
+        within = scope
+        if action.condition is not None:
+            value = self.text(scope, action.condition.value)
+            applies = _is_true(value)
+            if applies is None:
+                why = value.why if isinstance(value, Unknown) else f"`{value}`"
+                within = replace(scope, certain=False, condition=scope.condition or why)
+                self.launched.unknown.setdefault((self.place(scope, action.line), "if"), within.condition)
+            elif applies is not action.condition.wanted:
+                return
+        self.kinds[action.kind](within, action)
+        if within is not scope and action.kind in ("namespace", "remap"):
+            scope.namespace, scope.remaps = within.namespace, within.remaps
+
+    # Values
+
+    def text(self, scope: _Scope, value: Any) -> str | Unknown:
+        """Returns a value as text, as launch substitutes it."""
+        self.left -= 1
+        if isinstance(value, Unknown) or self.left <= 0:
+            return value if isinstance(value, Unknown) else Unknown("too much to evaluate")
+        if isinstance(value, Variable):
+            found = scope.values.get(value.name)
+            if found is None and value.default is not None:
+                return self.text(scope, value.default)
+            return Unknown(f"the argument `{value.name}`") if found is None else found
+        if isinstance(value, Computed):
+            return self.computed(scope, value)
+        if isinstance(value, (Text, list, tuple)):
+            parts = [self.text(scope, one) for one in (value.parts if isinstance(value, Text) else value)]
+            if unknown := next((one for one in parts if isinstance(one, Unknown)), None):
+                return unknown
+            text = "".join(str(one) for one in parts)
+        elif isinstance(value, bool):
+            text = "true" if value else "false"
+        elif isinstance(value, (str, int, float)):
+            text = str(value)
+        else:
+            return Unknown("what it computes")
+        return text if len(text) <= _LONGEST else Unknown("a value that is too long")
+
+    def computed(self, scope: _Scope, value: Computed) -> str | Unknown:
+        parts = [self.text(scope, one) for one in value.parts]
+        if unknown := next((one for one in parts if isinstance(one, Unknown)), None):
+            return unknown
+        truths = [_is_true(one) for one in parts]
+        if value.operation == "equals":
+            return str(parts[0] == parts[-1]).lower()
+        if value.operation == "if":
+            return parts[1] if truths[0] else parts[2]
+        found = all(truths) if value.operation == "and" else any(truths)
+        return str(not found if value.operation == "not" else found).lower()
+
+    def known(self, scope: _Scope, value: Any) -> Any:
+        """The value that a function of the file reads while the launch runs."""
+        return self.text(scope, value)
+
+    def field(self, scope: _Scope, action: Action, key: str, shown: str) -> str | None:
+        """The text of an argument, empty if it is left out; None if it is not known."""
+        if action.arguments.get(key) is None:
+            return ""
+        found = self.text(scope, action.arguments[key])
+        if isinstance(found, Unknown):
+            self.launched.unknown.setdefault((self.place(scope, action.line), shown), found.why)
+            return None
+        return found
+
+    # Actions
+
+    def argument(self, scope: _Scope, action: Action) -> None:
+        name = self.text(scope, action.arguments.get("name"))
+        if isinstance(name, Unknown):
+            return
+        if name not in scope.values:
+            default = action.arguments.get("default")
+            value = Unknown(f"the argument `{name}`") if default is None else self.text(scope, default)
+            scope.values[name] = value if scope.certain else Unknown(scope.condition)
+        if not scope.depth:
+            known = scope.values[name]
+            self.launched.arguments[name] = None if isinstance(known, Unknown) else known
+
+    def let(self, scope: _Scope, action: Action) -> None:
+        name = self.text(scope, action.arguments.get("name"))
+        if not isinstance(name, Unknown):
+            value = self.text(scope, action.arguments.get("value", ""))
+            scope.values[name] = value if scope.certain else Unknown(scope.condition)
+
+    def unset(self, scope: _Scope, action: Action) -> None:
+        name = self.text(scope, action.arguments.get("name"))
+        if not isinstance(name, Unknown):
+            scope.values.pop(name, None)
+
+    def group(self, scope: _Scope, action: Action) -> None:
+        scoped = self.text(scope, action.arguments.get("scoped", True))
+        inner = scope if _is_true(scoped) is False else scope.inner()
+        for name, value in _pairs(action.arguments.get("values")):
+            inner.values[name] = self.text(scope, value)
+        self.actions(inner, action.arguments.get("actions", ()))
+
+    def children_of(self, scope: _Scope, action: Action) -> None:
+        self.actions(scope, action.arguments.get("actions", ()))
+
+    def push(self, scope: _Scope, action: Action) -> None:
+        scope.namespace = self.joined(scope, action.arguments.get("namespace", ""))
+
+    def joined(self, scope: _Scope, value: Any) -> str | Unknown:
+        """A namespace within that of the scope, without slashes around it."""
+        found = self.text(scope, value)
+        if isinstance(found, Unknown) or found.startswith("/"):
+            return found if isinstance(found, Unknown) else found.strip("/")
+        if isinstance(scope.namespace, Unknown):
+            return scope.namespace
+        return "/".join(one for one in (scope.namespace, found.strip("/")) if one)
+
+    def node(self, scope: _Scope, action: Action) -> None:
+        place = self.place(scope, action.line)
+        arguments = action.arguments
+        package = self.field(scope, action, "package", "pkg")
+        executable = self.field(scope, action, "executable", "exec")
+        name = self.field(scope, action, "name", "name")
+        namespace = self.joined(scope, arguments.get("namespace") or "")
+        if isinstance(namespace, Unknown):
+            self.launched.unknown.setdefault((place, "name"), namespace.why)
+        called = name if name is None else name or executable
+        unknown = called is None or isinstance(namespace, Unknown)
+        if package:
+            self.launched.packages.setdefault(package, place)
+        self.launched.nodes.append(
+            Node(
+                None if unknown else f"/{namespace}/{called}" if namespace else f"/{called}",
+                package,
+                executable or None,
+                (*scope.remaps, *self.remaps(scope, action)),
+                place,
+                scope.certain,
+                arguments=self.words(scope, action),
+                parameters=(*scope.parameters, *self.settings(scope, action)),
+                environment=(*scope.environment, *self.variables(scope, action)),
+            )
+        )
+        if scope.condition:
+            self.launched.unknown.setdefault((place, "if"), scope.condition)
+        for key, what in (("prefix", "its prefix"), ("respawn", "its respawn: systemd restarts programs")):
+            if arguments.get(key) not in (None, False, "false", ""):
+                self.not_read(scope, action.line, what)
+
+    def remaps(self, scope: _Scope, action: Action) -> Iterator[tuple[str, str]]:
+        for pair in _items(action.arguments.get("remappings")):
+            ends = [self.text(scope, one) for one in pair] if isinstance(pair, (list, tuple)) else []
+            if len(ends) == 2 and all(isinstance(one, str) for one in ends):
+                yield str(ends[0]), str(ends[1])
+            else:
+                why = next((one.why for one in ends if isinstance(one, Unknown)), "what it computes")
+                self.not_read(scope, action.line, f"a remapping depends on {why}")
+
+    def words(self, scope: _Scope, action: Action) -> str | None:
+        """The words of the command line as one text, quoted for a shell; None if they are not known."""
+        given = action.arguments.get("arguments")
+        if not isinstance(given, (list, tuple)):  # of XML and YAML: one text
+            return self.field(scope, action, "arguments", "args")
+        words = []
+        for one in _items(given):
+            word = self.text(scope, one)
+            if isinstance(word, Unknown):
+                self.launched.unknown.setdefault((self.place(scope, action.line), "args"), word.why)
+                return None
+            words.append(word if re.fullmatch(r"[\w@%+=:,./-]+", word) else json.dumps(word))
+        return " ".join(words)
+
+    def settings(self, scope: _Scope, action: Action) -> Iterator[Setting]:
+        for one in _items(action.arguments.get("parameters")):
+            if isinstance(one, Mapping):
+                yield from self.flat(scope, action.line, "", one)
+            else:
+                yield from self.of_file(scope, action, self.text(scope, one))
+
+    def of_file(self, scope: _Scope, action: Action, file: str | Unknown) -> Iterator[Setting]:
+        """The parameters of a node in a file, as rcl reads them; a file that is not here is not read."""
+        if isinstance(file, Unknown):
+            self.not_read(scope, action.line, f"its parameter file depends on {file.why}")
+            return
+        package, path = self.target(scope, file)
+        found = self.packages.get(package) if package else scope.package
+        content = None
+        if found is not None:
+            content = found.contents.get(path) or self.beside.get(posixpath.join(found.folder, path))
+        name, namespace = (self.text(scope, action.arguments.get(key) or "") for key in ("name", "namespace"))
+        try:
+            data = None if content is None else yaml.safe_load(content)
+        except (yaml.YAMLError, RecursionError):
+            data = None
+        if found is None or not isinstance(data, Mapping):
+            self.not_read(scope, action.line, f"its parameters of {file}, which is not here")
+            return
+        place = Place(posixpath.join(found.folder, path), 0)
+        for values in _of_node(data, str(name), str(namespace).strip("/")):
+            for key, value in _flat(values):
+                self.left -= 1
+                if self.left > 0:
+                    yield self.setting(scope, place, key, value)
+
+    def flat(self, scope: _Scope, line: int, prefix: str, values: Mapping[Any, Any]) -> Iterator[Setting]:
+        place = self.place(scope, line)
+        for key, value in values.items():
+            name = self.text(scope, key)
+            if isinstance(name, Unknown):
+                self.not_read(scope, line, f"the name of a parameter depends on {name.why}")
+            elif isinstance(value, Mapping):
+                if len(prefix) < _LONGEST:
+                    yield from self.flat(scope, line, f"{prefix}{name}.", value)
+            else:
+                yield self.setting(scope, place, f"{prefix}{name}", value)
+
+    def setting(self, scope: _Scope, place: Place, name: str, value: Any) -> Setting:
+        """A parameter with the type that launch_ros gives it: text with a substitution is read as YAML."""
+        kinds = {bool: "bool", int: "int", float: "double", str: "str"}
+        if isinstance(value, (list, tuple)) and all(type(one) in kinds for one in value) and value:
+            if any(isinstance(one, str) for one in value) and not all(isinstance(one, str) for one in value):
+                value = Text(tuple(value))
+            else:
+                text = json.dumps(list(value))
+                return Setting(name, text if len(text) <= _LONGEST_LIST else None, place, "yaml")
+        found = self.text(scope, value)
+        if isinstance(found, Unknown):
+            self.launched.unknown.setdefault((place, name), found.why)
+            return Setting(name, None, place)
+        return Setting(name, found, place, kinds.get(type(value), "auto"))
+
+    def variables(self, scope: _Scope, action: Action) -> Iterator[Setting]:
+        place = self.place(scope, action.line)
+        for key in ("env", "additional_env"):
+            for name, value in _pairs(action.arguments.get(key)):
+                found = self.text(scope, value)
+                yield Setting(str(name), None if isinstance(found, Unknown) else found, place)
+
+    def container(self, scope: _Scope, action: Action) -> None:
+        package = action.arguments.get("package") or "rclcpp_components"
+        executable = action.arguments.get("executable") or "component_container"
+        own = {**action.arguments, "package": package, "executable": executable}
+        self.node(scope, replace(action, arguments=own))
+        self.components(scope, action)
+
+    def components(self, scope: _Scope, action: Action) -> None:
+        for one in _items(action.arguments.get("components")):
+            if isinstance(one, Action):
+                package = self.text(scope, one.arguments.get("package"))
+                plugin = self.text(scope, one.arguments.get("plugin"))
+                what = f"the component {plugin} of {package}" if isinstance(plugin, str) else "a component"
+                self.not_read(scope, one.line, f"{what}; a launch file of yours can be a program")
+
+    def include(self, scope: _Scope, action: Action) -> None:
+        place = self.place(scope, action.line)
+        file = self.field(scope, action, "file", "file")
+        given = {
+            str(self.text(scope, name)): self.text(scope, value)
+            for name, value in _pairs(action.arguments.get("arguments"))
+        }
+        if file is None:
+            self.launched.unfound.append(place)
+            return
+        package, path = self.target(scope, file)
+        found = self.packages.get(package) if package else scope.package
+        if found is not None and path in found.contents and scope.depth < _MAX_INCLUDES:
+            within = replace(
+                scope, package=found, path=path, values={**scope.values, **given}, depth=scope.depth + 1
+            )
+            self.file(within, Place(posixpath.join(found.folder, path), 0))
+            return
+        namespace = None if isinstance(scope.namespace, Unknown) else scope.namespace
+        arguments = {key: None if isinstance(one, Unknown) else one for key, one in given.items()}
+        self.launched.includes.append(Include(package, path, namespace, arguments, place, scope.certain))
+
+    def target(self, scope: _Scope, file: str) -> tuple[str, str]:
+        """The package and the path within it of an included file; no package for one beside this file."""
+        if match := _SHARE.fullmatch(file):
+            return match[1], posixpath.normpath(match[2])
+        beside = file.removeprefix("$(dirname)").lstrip("/") if file.startswith("$(dirname)") else file
+        return "", posixpath.normpath(posixpath.join(posixpath.dirname(scope.path), beside))
+
+    def remap(self, scope: _Scope, action: Action) -> None:
+        ends = [self.text(scope, action.arguments.get(key)) for key in ("from", "to")]
+        if all(isinstance(one, str) for one in ends):
+            scope.remaps = (*scope.remaps, (str(ends[0]), str(ends[1])))
+
+    def parameter(self, scope: _Scope, action: Action) -> None:
+        name = self.text(scope, action.arguments.get("name"))
+        if not isinstance(name, Unknown):
+            one = self.setting(scope, self.place(scope, action.line), name, action.arguments.get("value"))
+            scope.parameters = (*scope.parameters, one)
+
+    def set_environment(self, scope: _Scope, action: Action) -> None:
+        name = self.text(scope, action.arguments.get("name"))
+        value = self.text(scope, action.arguments.get("value", ""))
+        if not isinstance(name, Unknown):
+            known = None if isinstance(value, Unknown) else value
+            place = self.place(scope, action.line)
+            scope.environment = (*scope.environment, Setting(name, known, place))
+            self.launched.environment.append(Setting(name, known, place))
+
+    def later(self, scope: _Scope, action: Action) -> None:
+        """What has no counterpart in a spec, such as a process or an event."""
+        self.not_read(scope, action.line, str(action.arguments.get("what", "it has no key in a spec")))
+        inner = replace(scope.inner(), certain=False, condition="an event of the launch")
+        self.actions(inner, action.arguments.get("actions", ()))
+
+    def opaque(self, scope: _Scope, action: Action) -> None:
+        self.actions(scope, action.arguments["call"](lambda one: self.text(scope, one)))
+
+
+def _of_node(data: Mapping[Any, Any], name: str, namespace: str) -> Iterator[Mapping[Any, Any]]:
+    """The parameters of a node in a file: those of all nodes, then its own."""
+    whole = "/".join(one for one in ("", namespace, name))
+    for wanted in (("/**",), (name, f"/{name}", whole, f"/**/{name}")):
+        for key, value in data.items():
+            if not isinstance(value, Mapping):
+                continue
+            if key in wanted and isinstance(value.get("ros__parameters"), Mapping):
+                yield value["ros__parameters"]
+            elif str(key).strip("/") == namespace and namespace:
+                yield from _of_node(value, name, "")
+
+
+def _flat(values: Mapping[Any, Any], prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
+    for key, value in values.items():
+        if isinstance(value, Mapping) and depth < _MAX_INCLUDES:
+            yield from _flat(value, f"{prefix}{key}.", depth + 1)
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _is_true(value: str | Unknown) -> bool | None:
+    text = "" if isinstance(value, Unknown) else value.strip().lower()
+    return True if text in _TRUE else False if text in _FALSE else None
+
+
+def _items(value: Any) -> Sequence[Any]:
+    return value if isinstance(value, (list, tuple)) else () if value is None else (value,)
+
+
+def _pairs(value: Any) -> Iterator[tuple[Any, Any]]:
+    if isinstance(value, Mapping):
+        yield from value.items()
+    elif isinstance(value, (list, tuple)):
+        yield from ((one[0], one[1]) for one in value if isinstance(one, (list, tuple)) and len(one) == 2)

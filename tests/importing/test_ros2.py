@@ -1,0 +1,145 @@
+"""Labs of ROS 2: their launch files, scripts and variables become a draft of ROS 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarmctl.importing.drafting import DraftError, Kind
+from tests.importing.drafts import data, draft, lab
+
+ROBOTS = """
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, GroupAction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node, PushRosNamespace
+
+
+def generate_launch_description():
+    robots = [{"name": "tb_1", "x": 0.0}, {"name": "tb_2", "x": 1.0}]
+    actions = [DeclareLaunchArgument("rate", default_value="10.0")]
+    for robot in robots:
+        actions.append(GroupAction([
+            PushRosNamespace(robot["name"]),
+            Node(package="my_driver", executable="driver", name="base",
+                 parameters=[{"start_x": robot["x"], "rate": LaunchConfiguration("rate")}],
+                 remappings=[("scan", "laser/scan")]),
+        ]))
+    return LaunchDescription(actions)
+"""
+DRIVER = """
+from launch import LaunchDescription
+from launch.actions import IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import PathJoinSubstitution
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description():
+    file = PathJoinSubstitution([FindPackageShare("turtlebot4_bringup"), "launch", "robot.launch.py"])
+    other = PathJoinSubstitution([FindPackageShare("slam_toolbox"), "launch", "on.py"])
+    return LaunchDescription([
+        IncludeLaunchDescription(
+            PythonLaunchDescriptionSource(file), launch_arguments={"namespace": "tb"}.items()
+        ),
+        IncludeLaunchDescription(
+            PythonLaunchDescriptionSource(other), launch_arguments=[("use_sim_time", "false")]
+        ),
+    ])
+"""
+
+
+def imported(folder: Path, kind: Kind | None = None, **files: str) -> Any:
+    return data(draft(lab(folder, {name.replace("__", "."): text for name, text in files.items()}), kind))
+
+
+def test_nodes_of_a_python_file_are_programs(tmp_path: Path) -> None:
+    found = imported(tmp_path, robots__launch__py=ROBOTS)
+    assert found["ros"] == {"distro": "jazzy"}
+    first = found["programs"]["base"]
+    assert first == {
+        "host": "robot-pc",
+        "package": "my_driver",
+        "executable": "driver",
+        "params": {"start_x": 0.0, "rate": 10.0},
+        "remap": {"scan": "laser/scan"},
+        "namespace": "tb_1",
+    }
+    assert [one["namespace"] for one in found["programs"].values()] == ["tb_1", "tb_2"]
+
+
+def test_an_include_of_a_driver_is_a_robot_and_any_other_a_program(tmp_path: Path) -> None:
+    found = imported(tmp_path, lab__launch__py=DRIVER)
+    assert found["robots"] == {"tb": {"type": "turtlebot4", "host": "robot-pc"}}
+    assert found["programs"]["on"] == {
+        "host": "robot-pc", "package": "slam_toolbox", "launch": "on.py", "args": {"use_sim_time": "false"},
+    }  # fmt: skip
+
+
+def test_an_include_of_a_driver_of_ros_1_is_a_robot(tmp_path: Path) -> None:
+    include = '<include file="$(find turtlebot3_bringup)/launch/turtlebot3_robot.launch"/>'
+    found = imported(tmp_path, two__launch=f'<launch><group ns="tb3_0">{include}</group></launch>')
+    assert found["robots"] == {"tb3-0": {"type": "turtlebot3-burger", "host": "robot-pc"}}
+    assert "ros" not in found
+
+
+def test_variables_of_a_script_are_the_key_ros(tmp_path: Path) -> None:
+    text = """
+source /opt/ros/humble/setup.bash
+export RMW_IMPLEMENTATION=rmw_fastrtps_cpp
+export ROS_DOMAIN_ID=7
+export ROS_DISCOVERY_SERVER="192.168.77.106:11811;192.168.77.41:11811;;192.168.77.112:11900;"
+export CYCLONEDDS_URI=file:///etc/cyclone.xml
+"""
+    made = draft(lab(tmp_path, {"setup.bash": text}))
+    found = data(made)
+    assert found["ros"] == {
+        "distro": "humble", "rmw": "fastrtps", "domain": 7, "servers": ["server-1", "server-2", "server-3"],
+    }  # fmt: skip
+    assert [one["address"] for one in found["hosts"].values()] == [
+        "192.168.77.106", "192.168.77.41", "192.168.77.112",
+    ]  # fmt: skip
+    for line in (
+        "setup.bash:5: place 2 of ROS_DISCOVERY_SERVER is empty: the servers of a spec have the numbers",
+        "setup.bash:5: port 11900; swarmctl takes 11811",
+        "setup.bash:6: CYCLONEDDS_URI=file:///etc/cyclone.xml has no key in a spec",
+    ):
+        assert f"#   {line}" in made.text
+
+
+@pytest.mark.parametrize(
+    ("line", "ros"),
+    [
+        ("export ROS_LOCALHOST_ONLY=1", {"discovery": "local"}),
+        ("export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET", {"discovery": "multicast"}),
+        ("export RMW_IMPLEMENTATION=rmw_zenoh_cpp", {"rmw": "zenoh"}),
+        ("export ROS_DOMAIN_ID=200", {}),
+        ("export ROS_DOMAIN_ID=$((3 + 4))", {}),
+    ],
+)
+def test_each_variable_has_its_key_or_is_not_read(tmp_path: Path, line: str, ros: dict[str, str]) -> None:
+    made = draft(lab(tmp_path, {"env.sh": f"{line}\nexport RMW_IMPLEMENTATION=x\n" if not ros else line}))
+    assert data(made)["ros"] == {"distro": "jazzy", **ros}
+    assert ros or "env.sh:1: ROS_DOMAIN_ID" in made.text
+
+
+def test_what_of_a_file_is_not_known_is_said(tmp_path: Path) -> None:
+    text = ROBOTS.replace("robots = [", "robots = open('robots.txt') or [")
+    made = draft(lab(tmp_path, {"robots.launch.py": text, "b.launch.py": ROBOTS}))
+    assert "#   robots.launch.py:11: what is below this `for` depends on open()" in made.text
+
+
+def test_files_of_both_are_told_apart(tmp_path: Path) -> None:
+    node = '<launch><node pkg="p" type="e" name="n"/></launch>'
+    folder = lab(tmp_path, {"robots.launch.py": ROBOTS, "old.launch": node})
+    with pytest.raises(DraftError, match="several kinds of files"):
+        draft(folder)
+    assert "n" in data(draft(folder, Kind.LAUNCH))["programs"]
+    assert "base" in data(draft(folder, Kind.ROS_2))["programs"]
+
+
+def test_a_python_file_that_is_no_launch_file_is_left(tmp_path: Path) -> None:
+    with pytest.raises(DraftError, match="nothing that can be imported"):
+        draft(lab(tmp_path, {"launch/helper.py": "x = 1\n"}))

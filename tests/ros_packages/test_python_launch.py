@@ -1,0 +1,287 @@
+"""Python launch files are data: what they start is known without running them, or the reason why not."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarmctl.ros_packages import python_launch
+from swarmctl.ros_packages.launch_description import NotReadError, evaluate
+from swarmctl.ros_packages.launch_files import Launched, Node
+from swarmctl.ros_packages.package import Package
+
+HEAD = """
+import os
+from launch import LaunchDescription
+from launch.actions import *
+from launch_ros.actions import Node, PushRosNamespace
+def generate_launch_description():
+"""
+NODE = "Node(package='p', executable='e', name='n')"
+
+
+def launched(text: str, **more: str) -> Launched:
+    files = {"main.launch.py": text, **more}
+    contents = {name: one.encode() for name, one in files.items()}
+    package = Package("own", "", frozenset(files), dict.fromkeys(files, False), contents)
+    return evaluate(package, "main.launch.py", {"own": package}, {".py": python_launch.read}, limit=2000)
+
+
+def body(text: str) -> Launched:
+    """What a launch file with this function starts."""
+    return launched(HEAD + "".join(f"    {line}\n" for line in text.strip().splitlines()))
+
+
+def only(found: Launched) -> Node:
+    [node] = found.nodes
+    return node
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        (f"return LaunchDescription([{NODE}])", ["/n"]),
+        (f"ld = LaunchDescription()\nld.add_action({NODE})\nreturn ld", ["/n"]),
+        (
+            (
+                "names = ['a', 'b']\n"
+                "return LaunchDescription([Node(package='p', executable='e', name=one) for one in names])"
+            ),
+            ["/a", "/b"],
+        ),
+        (
+            (
+                "made = []\nfor i, robot in enumerate([{'name': 'r'}, {'name': 'r'}], 1):\n"
+                "    ns = f\"{robot['name']}_{i}\"\n"
+                "    made.append(Node(package='p', executable='e', name='n', namespace=ns))\n"
+                "return LaunchDescription(made)"
+            ),
+            ["/r_1/n", "/r_2/n"],
+        ),
+        (
+            (
+                "def make(name, *, last='x'):\n"
+                "    return Node(package='p', executable='e', name=name + '_' + last)\n"
+                "return LaunchDescription([make('a'), make('b', last='y')])"
+            ),
+            ["/a_x", "/b_y"],
+        ),
+        (
+            (
+                "ns = LaunchConfiguration('ns')\n"
+                "return LaunchDescription([DeclareLaunchArgument('ns', default_value='lab'),\n"
+                f"  GroupAction([PushRosNamespace(ns), {NODE}]), {NODE}])"
+            ),
+            ["/lab/n", "/n"],
+        ),
+        (
+            (
+                "def setup(context, *args):\n"
+                "    count = int(LaunchConfiguration('count').perform(context))\n"
+                "    return [Node(package='p', executable='e', name='n%d' % i) for i in range(count)]\n"
+                "return LaunchDescription([DeclareLaunchArgument('count', default_value='2'),\n"
+                "  OpaqueFunction(function=setup)])"
+            ),
+            ["/n0", "/n1"],
+        ),
+        (
+            (
+                f"return LaunchDescription([DeclareLaunchArgument('on', default_value='false'),\n"
+                "  Node(package='p', executable='e', condition=IfCondition(LaunchConfiguration('on'))),\n"
+                f"  TimerAction(period=2.0, actions=[{NODE}])])"
+            ),
+            ["/n"],
+        ),
+        (
+            "x = 'a' if len([1]) > 0 else 'b'\nreturn LaunchDescription([Node(package='p', executable=x)])",
+            ["/a"],
+        ),
+    ],
+    ids=[
+        "list",
+        "add_action",
+        "comprehension",
+        "loop",
+        "function",
+        "namespace",
+        "opaque",
+        "condition",
+        "choice",
+    ],
+)
+def test_what_a_file_starts_is_known(text: str, names: list[str]) -> None:
+    found = body(text)
+    assert [one.name for one in found.nodes] == names
+    assert all(one.certain for one in found.nodes)
+    assert found.left_out == []
+
+
+def test_parameters_have_the_types_of_python() -> None:
+    values = "{'whole': 1, 'part': 1.0, 'on': True, 'text': '1', 'items': [1.5, 2.0], 'in': {'side': 'x'}}"
+    node = only(body(f"return LaunchDescription([Node(package='p', executable='e', parameters=[{values}])])"))
+    assert [(one.name, one.value, one.type) for one in node.parameters] == [
+        ("whole", "1", "int"),
+        ("part", "1.0", "double"),
+        ("on", "true", "bool"),
+        ("text", "1", "str"),
+        ("items", "[1.5, 2.0]", "yaml"),
+        ("in.side", "x", "str"),
+    ]
+
+
+def test_the_parameter_file_of_a_package_that_is_here_is_read() -> None:
+    text = HEAD + (
+        "    file = PathJoinSubstitution([FindPackageShare('own'), 'config', 'n.yaml'])\n"
+        "    return LaunchDescription([Node(package='p', executable='e', name='n', parameters=[file])])\n"
+    )
+    values = (
+        "/**: {ros__parameters: {rate: 5}}\nn: {ros__parameters: {frame: {id: odom}}}\n"
+        "m: {ros__parameters: {no: 1}}\n"
+    )
+    node = only(launched(text, **{"config/n.yaml": values}))
+    assert [(one.name, one.value, one.type) for one in node.parameters] == [
+        ("rate", "5", "int"),
+        ("frame.id", "odom", "str"),
+    ]
+    assert [why for _, why in launched(text).left_out] == [
+        "its parameters of $(find-pkg-share own)/config/n.yaml, which is not here"
+    ]
+
+
+def test_an_include_is_followed_or_known() -> None:
+    include = (
+        "IncludeLaunchDescription(PythonLaunchDescriptionSource({}), launch_arguments={{'ns': 'a'}}.items())"
+    )
+    there = "os.path.join(get_package_share_directory('{}'), 'launch', 'x.launch.py')"
+    inner = HEAD + (
+        "    return LaunchDescription([DeclareLaunchArgument('ns', default_value='b'),\n"
+        "        Node(package='p', executable='e', namespace=LaunchConfiguration('ns'))])\n"
+    )
+    text = HEAD + f"    return LaunchDescription([{include.format(there.format('own'))}])\n"
+    assert only(launched(text, **{"launch/x.launch.py": inner})).name == "/a/e"
+    found = launched(HEAD + f"    return LaunchDescription([{include.format(there.format('driver'))}])\n")
+    assert [(one.package, one.file, one.arguments) for one in found.includes] == [
+        ("driver", "launch/x.launch.py", {"ns": "a"})
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (
+            "if os.environ['MODEL'] == 'x':\n    y = 1\nreturn LaunchDescription()",
+            "the environment variable MODEL",
+        ),
+        ("for one in os.listdir('/'):\n    pass\nreturn LaunchDescription()", "listdir()"),
+        ("while True:\n    pass", "this statement is not evaluated"),
+        ("return LaunchDescription([ExecuteProcess(cmd=['ls', '-l'])])", "it runs `ls -l`"),
+        ("x = [0] * 10 ** 9\nreturn LaunchDescription()", ""),
+    ],
+)
+def test_what_is_not_known_has_its_reason_and_its_line(text: str, why: str) -> None:
+    found = body(text)
+    assert found.nodes == []
+    assert (why == "" and not found.left_out) or any(
+        why in one and place.line for place, one in found.left_out
+    )
+
+
+def test_no_statement_of_a_file_is_run(tmp_path: Path) -> None:
+    file = tmp_path / "touched"
+    found = body(
+        f"open({str(file)!r}, 'w').write('x')\n__import__('os').system('touch {file}')\n"
+        f"return LaunchDescription([{NODE}])"
+    )
+    assert (only(found).name, file.exists()) == ("/n", False)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "def f(x):\n    return f(x)\nreturn LaunchDescription([f(1)])",
+        "x = ['a' * 1000]\nfor i in range(10000):\n    x += x\nreturn LaunchDescription()",
+        "x = 'a'\nfor i in range(60):\n    x = x + x\nreturn LaunchDescription([Node(package=x)])",
+        "x = 9\nfor i in range(60):\n    x = x * x\nreturn LaunchDescription([Node(package=x)])",
+        "x = LaunchConfiguration('a')\nfor i in range(60):\n    x = [x, x]\nreturn [Node(package=x)]",
+        "x = 1\nfor i in range(60):\n    x = [x, x]\nreturn [Node(package=str(x), name=f'{x}')]",
+        "x = 1\ny = 1\nfor i in range(60):\n    x = [x, x]\n    y = [y, y]\nreturn x == y",
+        "x = 'a' * 5000\nreturn LaunchDescription([Node(package=x.replace('a', x))])",
+        "return LaunchDescription([" + "[" * 60 + "]" * 60 + "])",
+        "x = {}\nx['x'] = x\nreturn LaunchDescription([Node(package='p', executable='e', parameters=[x])])",
+        "x = []\nx.append(x)\nreturn LaunchDescription(x)",
+        "return '%*d' % (10**9, 1)",
+        "return '{:>999999999}'.format(1)",
+        "return f'{1:>99999999}'",
+        "x = 10 ** 10 ** 10\nx = 2 * 10 ** 400 * 1.0\nreturn -x",
+    ],
+)
+def test_a_hostile_file_ends_soon(text: str) -> None:
+    assert len(body(text).nodes) <= 1
+
+
+_WORDS = st.sampled_from(
+    [
+        "LaunchDescription([",
+        "Node(",
+        "package='p',",
+        "executable=",
+        "name=x",
+        ")",
+        "]",
+        "{",
+        "}",
+        ":",
+        ",",
+        "for",
+        "in",
+        "if",
+        "else",
+        "lambda",
+        "x",
+        "y",
+        "'a'",
+        "1",
+        "2.5",
+        "None",
+        "[0]",
+        ".append(",
+        ".items()",
+        "+",
+        "*",
+        "%",
+        "**",
+        "not",
+        "and",
+        "==",
+        "f'{x}'",
+        "LaunchConfiguration('a')",
+        "GroupAction(",
+        "IncludeLaunchDescription(",
+        "OpaqueFunction(function=",
+        "return",
+        "=",
+        "+=",
+        "\n",
+    ]
+)
+
+
+@given(st.lists(_WORDS, max_size=25))
+def test_any_text_is_read_or_refused(words: list[str]) -> None:
+    text = HEAD + "    return " + " ".join(words)
+    try:
+        ast.parse(text)
+    except (SyntaxError, ValueError):
+        with pytest.raises(NotReadError):
+            python_launch.read(text, _nothing)
+    else:
+        launched(text)
+
+
+def _nothing(_value: Any) -> Any:
+    return None
