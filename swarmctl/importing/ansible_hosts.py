@@ -21,11 +21,13 @@ from swarmctl.importing.draft import Draft, Entry, Value
 from swarmctl.importing.lab_folder import SCRIPTS, VARIABLES, LabFolder
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.launch_nodes import type_of_group, unknown_line
+from swarmctl.importing.ros2_lab import DISTROS, LARGEST_DOMAIN, NEWEST_LTS, RMW, mode_of
 from swarmctl.importing.unknown_values import is_secret
-from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages.launch_files import Place
+from swarmctl.suggest import did_you_mean
 from swarmctl.swarm.addresses import means_self
-from swarmctl.swarm.names import valid_name
+from swarmctl.swarm.names import robot_namespace, valid_name
 from swarmctl.yamltext.compose import pairs_of
 
 _MEMORY = 1 << 30  # bytes
@@ -162,12 +164,15 @@ _HOST_KEYS: Mapping[str, tuple[object, tuple[str, ...]]] = {
 }
 _OF_HOSTS = {one for _, names in _HOST_KEYS.values() for one in names}
 _MASTER = ("ros_master_uri", "ROS_MASTER_URI")
-_OTHERS = {"ansible_connection", "robot_type", *_MASTER}
+_DISTRO, _DOMAIN = ("ros_distro", "ROS_DISTRO"), ("ros_domain_id", "ROS_DOMAIN_ID")
+_RMW = ("rmw_implementation", "RMW_IMPLEMENTATION")
+_NAMESPACE = ("robot_namespace", "ros_namespace")
+_OTHERS = {"ansible_connection", "robot_type", *_MASTER, *_DISTRO, *_DOMAIN, *_RMW, *_NAMESPACE}
 _SSH = {"ssh", "smart", "paramiko", "paramiko_ssh"}
 _OF_SSH = re.compile(r"ansible_(ssh_)?private_key_file|ansible_ssh_\w*args")
 
 
-def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, RobotType]) -> Draft:
+def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, AnyRobotType]) -> Draft:
     """Returns the draft from the inventory file at ``path`` of a folder; ``types`` are the robot types.
 
     Raises ``InventoryError``.
@@ -185,11 +190,8 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, Robot
         uri = _first(found.hosts[name], _MASTER)
         if uri and not _COMPUTED.search(uri):
             hosts.add_master([key], Value(uri, place))
-        kind = _robot_type(found.hosts[name], found.groups[name], types, place)
-        if kind is not None:
-            robot = Value(key, place, "one robot is driven by this host")
-            draft.robots[key] = Entry(robot, {"type": kind, "host": Value(key, place)})
-            draft.lines.append(unknown_line(key, key, types[kind.value]))
+        _add_robot(draft, (name, key), found, types, place)
+    _add_ros(draft, {key: found.hosts[name] for name, key in names.items()}, place)
     groups: dict[str, list[str]] = {}
     for name, key in names.items():
         for group in found.groups[name]:
@@ -200,6 +202,75 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, Robot
     draft.unread += [f"{one}: the whole file is encrypted by ansible-vault" for one in found.encrypted]
     draft.unread += [f"{path}: {one}" for one in _left_out({name: found.hosts[name] for name in names})]
     return draft
+
+
+def _add_robot(
+    draft: Draft, host: tuple[str, str], found: Inventory, types: Mapping[str, AnyRobotType], place: Place
+) -> None:
+    """Adds the robot that a host carries, if its variable or the name of a group says so."""
+    name, key = host  # in the inventory, and in the spec
+    variables = found.hosts[name]
+    kind = _robot_type(variables, found.groups[name], types, place)
+    if kind is None:
+        if named := variables.get("robot_type"):
+            meant = did_you_mean(named, types, "the types are")[0]
+            draft.unread.append(f"{place}: robot_type `{named}` of host `{name}` is no type; {meant}")
+        return
+    fields = {"type": kind, "host": Value(key, place)}
+    namespace = _first(variables, _NAMESPACE).strip("/")
+    if namespace and robot_namespace(key, None) != f"/{namespace}":
+        fields["namespace"] = Value(namespace, place)
+    draft.robots[key] = Entry(Value(key, place, "one robot is driven by this host"), fields)
+    if types[kind.value].link is not None:
+        draft.lines.append(unknown_line(key, key, types[kind.value]))
+
+
+def _add_ros(draft: Draft, hosts: Mapping[str, Variables], place: Place) -> None:
+    """Adds what variables of ROS 2 say: one distribution, and an island for each domain."""
+    left, domains = draft.unread, dict[int, list[str]]()
+    ros: dict[str, object] = {}
+    for key, variables in hosts.items():
+        distro, domain, rmw = (_first(variables, one) for one in (_DISTRO, _DOMAIN, _RMW))
+        if distro in DISTROS and ros.setdefault("distro", distro) != distro:
+            left.append(f"{place}: host `{key}` has {distro}, and others have {ros['distro']}")
+        elif distro not in ("", "noetic", *DISTROS):
+            left.append(f"{place}: ros_distro {distro} of host `{key}` is none that swarmctl knows")
+        if rmw in RMW:
+            ros.setdefault("rmw", RMW[rmw])
+        elif rmw:
+            left.append(f"{place}: rmw_implementation {rmw} of host `{key}` has no key in a spec")
+        if domain.isdecimal() and int(domain) <= LARGEST_DOMAIN:
+            domains.setdefault(int(domain), []).append(key)
+        elif domain:
+            left.append(f"{place}: ros_domain_id {domain} of host `{key}` is none from 0 to {LARGEST_DOMAIN}")
+    if not (ros or domains) and any(_first(one, _DISTRO) == "noetic" for one in hosts.values()):
+        draft.last["ros"] = Value({"distro": "noetic"}, place)
+    if ros or domains:
+        if domains:
+            ros["domain"] = min(domains)
+        guess = "" if "distro" in ros else "nothing names the distribution"
+        draft.first = {**mode_of(draft), "ros": Value({"distro": NEWEST_LTS, **ros}, place, guess)}
+    if len(domains) > 1:
+        _add_islands(draft, domains, place)
+
+
+def _add_islands(draft: Draft, domains: Mapping[int, Sequence[str]], place: Place) -> None:
+    """Adds an island for the hosts of each domain, in the order of their numbers."""
+    draft.first.pop("hub", None)
+    draft.first["mode"] = Value("combined", place, f"hosts have {len(domains)} domains")
+    ordered = sorted(domains)
+    islands = {
+        f"domain-{one}": {"mode": "central", "hub": domains[one][0], "hosts": [*domains[one]]}
+        for one in ordered
+    }
+    draft.last["islands"] = Value(islands, place, "the hosts of a domain are an island")
+    for there, one in enumerate(ordered, ordered[0]):
+        if one != there:
+            here = f"a spec numbers the islands on from the first one, so it is {there} there"
+            draft.unread.append(f"{place}: the domain {one}; {here}")
+    for key in draft.hosts:
+        if not any(key in members for members in domains.values()):
+            draft.unread.append(f"{place}: host `{key}` has no ros_domain_id, and is in no island")
 
 
 def _first(variables: Variables, names: Collection[str]) -> str:
@@ -266,5 +337,7 @@ def _robot_type(
     named = variables.get("robot_type")
     if named in types:
         return Value(named, place)
+    if named:
+        return None
     found = next((kind for one in reversed(groups) if (kind := type_of_group(one, types))), "")
     return Value(found, place, "its host is in a group that is named like this type") if found else None

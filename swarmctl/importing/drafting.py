@@ -29,7 +29,6 @@ from swarmctl.importing.lab_hosts import arrange
 from swarmctl.importing.launch_nodes import draft_from_launch
 from swarmctl.importing.ros2_lab import draft_from_ros_2, is_ros_2_launch, is_ros_2_script
 from swarmctl.linter.runner import check_files
-from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.package import NO_PACKAGES
 from swarmctl.rulebook import Severity
@@ -98,14 +97,13 @@ def _draft(path: Path, folder: LabFolder, kind: Kind | None, spec: Path) -> Draf
         return draft_from_launch(folder, known)
     if chosen is Kind.ROS_2:
         return draft_from_ros_2(folder, known)
-    types = with_protocol(known)
     if len(files) > 1:
         raise DraftError(
             f"`{path}` has {len(files)} inventories: {', '.join(files[:10])}",
             f"name one of them: swarmctl import {path / files[0]}",
         )
     try:
-        return draft_from_inventory(folder, files[0], types)
+        return draft_from_inventory(folder, files[0], known)
     except InventoryError as error:
         raise DraftError(*error.args) from error
 

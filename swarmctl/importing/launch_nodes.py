@@ -17,7 +17,7 @@ from swarmctl.importing.fkie_settings import FkieSettings
 from swarmctl.importing.lab_folder import LAUNCH, LabFolder, env_of, is_env_file, own_address
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.unknown_values import Unknown, is_secret
-from swarmctl.links.link_base import Line
+from swarmctl.links.link_base import RobotLink
 from swarmctl.plugins import LINK_KINDS
 from swarmctl.render.ros1.multimaster.fkie import FAMILIES
 from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
@@ -144,10 +144,10 @@ _FIXED = ("/dev/ttyS", "/dev/ttyAMA", "/dev/serial0", "/dev/serial1")  # names t
 _BAUD = ("baud", "baudrate", "baud_rate")
 
 
-def unknown_line(robot: str, host: str, robot_type: RobotType | None, why: str = "") -> Value:
+def unknown_line(robot: str, host: str, robot_type: AnyRobotType | None, why: str = "") -> Value:
     """Returns the line of a robot as a place to fill in."""
-    kind = robot_type.link.kinds[0] if robot_type else "serial"
-    line: type[Line] = LINK_KINDS.get(kind)
+    kind = robot_type.link.kinds[0] if robot_type and robot_type.link else "serial"
+    line: type[RobotLink] = LINK_KINDS.get(kind)
     example = {"kind": kind, "host": host, "robot": robot, **line.unknown_end}
     return Value(example, fill_in=f"{why}; {line.where_to_find}" if why else line.where_to_find)
 
@@ -217,9 +217,10 @@ class Lab:
 
     def __init__(self, types: Mapping[str, AnyRobotType], unknown: Mapping[tuple[Place, str], str]) -> None:
         self.types = with_protocol(types)
+        self.ros_types = {name: one for name, one in types.items() if isinstance(one, RosRobotType)}
         self.drivers: dict[tuple[str, str], dict[str, RosDriver]] = {}  # types by package and launch file
-        for name, kind in types.items():
-            for one in kind.drivers if isinstance(kind, RosRobotType) else ():
+        for name, kind in self.ros_types.items():
+            for one in kind.drivers:
                 if one.launch:
                     self.drivers.setdefault((one.package, posixpath.basename(one.launch)), {})[name] = one
         self.unknown = Unknown(unknown)
@@ -351,6 +352,8 @@ class Lab:
             if namespace and robot_namespace(name.value, None) != f"/{namespace}":
                 fields["namespace"] = Value(namespace, place)
             self.draft.robots[name.value] = Entry(name, fields)
+            if self.ros_types[kind].link is not None:
+                self.draft.lines.append(unknown_line(name.value, host.value, self.ros_types[kind]))
             self.namespaces[host.value, namespace] = name.value
             left = sorted(set(include.arguments) - {*arguments})
             if left:

@@ -31,11 +31,11 @@ _READERS: Mapping[str, Reader] = {
     **dict.fromkeys((".yaml", ".yml"), xml_launch.read_yaml),
 }
 _SOURCED = re.compile(r"/opt/ros/(humble|jazzy|kilted|lyrical|rolling|iron|foxy|galactic)/")
-_DISTROS = ("humble", "jazzy", "kilted", "lyrical")
-_NEWEST_LTS = "jazzy"
-_RMW = {"rmw_fastrtps_cpp": "fastrtps", "rmw_cyclonedds_cpp": "cyclonedds", "rmw_zenoh_cpp": "zenoh"}
+DISTROS = ("humble", "jazzy", "kilted", "lyrical")
+NEWEST_LTS = "jazzy"
+RMW = {"rmw_fastrtps_cpp": "fastrtps", "rmw_cyclonedds_cpp": "cyclonedds", "rmw_zenoh_cpp": "zenoh"}
 _SERVER_PORT = 11811
-_LARGEST_DOMAIN = 101
+LARGEST_DOMAIN = 101
 _SERVER = re.compile(r"(?:UDPv4:)?\[?([\w.-]+)\]?(?::(\d+))?")
 
 
@@ -70,7 +70,7 @@ def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Dr
     lab.add_nodes(launched)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     if lab.draft.hosts:
-        lab.draft.first = {**_mode(lab.draft), "ros": ros.value(_distro(folder))}
+        lab.draft.first = {**mode_of(lab.draft), "ros": ros.value(_distro(folder))}
     return lab.draft
 
 
@@ -84,7 +84,8 @@ def _launched(folder: LabFolder) -> Mapping[str, Launched]:
     return not_included(found)
 
 
-def _mode(draft: Draft) -> Mapping[str, Value]:
+def mode_of(draft: Draft) -> Mapping[str, Value]:
+    """Returns the mode of hosts that share a graph, which no master tells."""
     first = next(iter(draft.hosts))
     if len(draft.hosts) == 1:
         return {
@@ -117,11 +118,11 @@ def _distro(folder: LabFolder) -> Value:
         for number, line in enumerate(text.split("\n"), 1):
             if (match := _SOURCED.search(line)) is None:
                 continue
-            if match[1] in _DISTROS:
+            if match[1] in DISTROS:
                 return Value(match[1], Place(path, number))
             why = f"{path}:{number} has {match[1]}, which swarmctl does not know"
-            return Value(_NEWEST_LTS, guess=why)
-    return Value(_NEWEST_LTS, guess="no file names the distribution")
+            return Value(NEWEST_LTS, guess=why)
+    return Value(NEWEST_LTS, guess="no file names the distribution")
 
 
 class _Ros:
@@ -164,10 +165,10 @@ class _Ros:
         place, left = distro.place, self._draft.unread
         for name, one in self._variables.items():
             text = str(one.value)
-            if name == "ROS_DOMAIN_ID" and text.isdecimal() and int(text) <= _LARGEST_DOMAIN:
+            if name == "ROS_DOMAIN_ID" and text.isdecimal() and int(text) <= LARGEST_DOMAIN:
                 ros["domain"] = int(text)
-            elif name == "RMW_IMPLEMENTATION" and text in _RMW:
-                ros["rmw"] = _RMW[text]
+            elif name == "RMW_IMPLEMENTATION" and text in RMW:
+                ros["rmw"] = RMW[text]
             elif name == "ROS_DISCOVERY_SERVER" and self._servers:
                 ros["servers"] = list(dict.fromkeys(self._servers))
             elif name == "ROS_AUTOMATIC_DISCOVERY_RANGE" and text in ("LOCALHOST", "SUBNET"):

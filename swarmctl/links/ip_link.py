@@ -27,6 +27,8 @@ class IpLink(RobotLink):
         "uri": "its link as a URI: {}",
     }
     example: ClassVar[str] = "address: ..."
+    unknown_end: ClassVar[Mapping[str, str]] = {"address": "192.168.77.50"}
+    where_to_find: ClassVar[str] = "the robot's own address"
 
     address: RobotAddress = Field(description="The robot's own address, IPv4 or a name.")
     port: Port | None = Field(

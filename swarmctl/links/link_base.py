@@ -69,6 +69,8 @@ class RobotLink(Model):
     title: ClassVar[str]  # in a sentence
     placeholders: ClassVar[Mapping[str, str]] = {}  # with their meaning, where {} stands for titles of kinds
     example: ClassVar[str]  # the keys of the robot's end, as they are written in a spec
+    unknown_end: ClassVar[Mapping[str, Any]]  # an example of these keys
+    where_to_find: ClassVar[str]  # the value for them
 
     kind: str
     host: HostName = Field(description="The host at one end.")
@@ -131,8 +133,6 @@ class Line(RobotLink):
     """A link with a device at the host, over which swarmctl's own driver can send bytes."""
 
     delays: ClassVar[Mapping[str, Delay]]  # by ``line_kind``, that of an unknown adapter first
-    unknown_end: ClassVar[Mapping[str, Any]]  # an example of the keys of the robot's end
-    where_to_find: ClassVar[str]  # the value for them
 
     def values(self, ends: Ends) -> dict[str, str | int]:
         """Returns the device, and with bits per second these and a URI."""

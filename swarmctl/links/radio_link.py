@@ -18,6 +18,10 @@ class Radio(RobotLink):
     title: ClassVar[str] = "radio"
     placeholders: ClassVar[Mapping[str, str]] = {"uri": "its link as a URI: {}"}
     example: ClassVar[str] = "uri: radio://0/80/2M/E7E7E7E7E7"
+    unknown_end: ClassVar[Mapping[str, str]] = {"uri": "radio://0/80/2M/E7E7E7E7E7"}
+    where_to_find: ClassVar[str] = (
+        "the dongle, channel, rate and address of the Crazyflie, as cfclient shows them"
+    )
 
     kind: Literal["radio"] = Field(description="What kind of link this is.")
     uri: RadioUri = Field(

@@ -204,3 +204,34 @@ def test_an_inventory_may_be_a_list_of_hosts(tmp_path: Path) -> None:
 def test_a_file_of_addresses_and_names_is_no_inventory(tmp_path: Path) -> None:
     with pytest.raises(DraftError, match="nothing that can be imported"):
         draft(lab(tmp_path, {"hosts": "127.0.0.1 localhost\n10.0.0.2 pi\nrouter\n"}))
+
+
+ROS_2 = """
+all:
+  vars: {ansible_user: ros, ros_distro: jazzy, ros_domain_id: 42, rmw_implementation: rmw_cyclonedds_cpp}
+  children:
+    turtlebots:
+      hosts:
+        tb01: {ansible_host: 192.168.77.21, robot_type: turtlebot4}
+        tb02: {ansible_host: 192.168.77.22, robot_type: turtlebot4, ros_domain_id: 43, robot_namespace: bot}
+    base:
+      hosts:
+        desk: {ansible_host: 192.168.77.10, robot_type: turtelbot4}
+"""
+
+
+def test_variables_of_ros_2_are_a_draft_of_ros_2(tmp_path: Path) -> None:
+    made = draft(lab(tmp_path, {"hosts.yml": ROS_2}))
+    found = data(made)
+    assert found["ros"] == {"distro": "jazzy", "rmw": "cyclonedds", "domain": 42}
+    assert found["mode"] == "combined"
+    assert found["islands"] == {
+        "domain-42": {"mode": "central", "hub": "tb01", "hosts": ["tb01", "desk"]},
+        "domain-43": {"mode": "central", "hub": "tb02", "hosts": ["tb02"]},
+    }
+    assert found["robots"] == {
+        "tb01": {"type": "turtlebot4", "host": "tb01"},
+        "tb02": {"type": "turtlebot4", "host": "tb02", "namespace": "bot"},
+    }
+    assert "robot_type `turtelbot4` of host `desk` is no type; did you mean `turtlebot4`?" in made.text
+    assert "has no key in a spec" not in made.text
