@@ -85,7 +85,7 @@ def _launched(folder: LabFolder) -> Mapping[str, Launched]:
 
 
 def mode_of(draft: Draft) -> Mapping[str, Value]:
-    """Returns the mode of hosts that share a graph, which no master tells."""
+    """Returns the mode of hosts that share a graph without a master."""
     first = next(iter(draft.hosts))
     if len(draft.hosts) == 1:
         return {

@@ -125,13 +125,13 @@ def test_each_variable_has_its_key_or_is_not_read(tmp_path: Path, line: str, ros
     assert ros or "env.sh:1: ROS_DOMAIN_ID" in made.text
 
 
-def test_what_of_a_file_is_not_known_is_said(tmp_path: Path) -> None:
+def test_what_of_a_file_is_not_known_has_its_reason(tmp_path: Path) -> None:
     text = ROBOTS.replace("robots = [", "robots = open('robots.txt') or [")
     made = draft(lab(tmp_path, {"robots.launch.py": text, "b.launch.py": ROBOTS}))
     assert "#   robots.launch.py:11: what is below this `for` depends on open()" in made.text
 
 
-def test_files_of_both_are_told_apart(tmp_path: Path) -> None:
+def test_files_of_both_are_not_mixed(tmp_path: Path) -> None:
     node = '<launch><node pkg="p" type="e" name="n"/></launch>'
     folder = lab(tmp_path, {"robots.launch.py": ROBOTS, "old.launch": node})
     with pytest.raises(DraftError, match="several kinds of files"):

@@ -102,7 +102,7 @@ def test_a_file_that_no_launch_reads_is_named(name: str, text: str, why: str) ->
         ('<launch><include file="$(find p)/x"/></launch>', False),
     ],
 )
-def test_the_two_languages_of_xml_are_told_apart(text: str, of_ros_2: bool) -> None:
+def test_files_of_ros_1_and_ros_2_are_recognised(text: str, of_ros_2: bool) -> None:
     assert xml_launch.is_of_ros_2(text) is of_ros_2
 
 
