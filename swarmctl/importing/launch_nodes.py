@@ -444,7 +444,8 @@ class Lab:
             fields["args"] = self.unknown.filled(Value([]), node.place, "args")
         if namespace and not robot:
             fields["namespace"] = Value(namespace, node.place)
-        name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots})
+        guess = "" if node.has_name else "its launch file names no node; this is its executable"
+        name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots}, guess)
         name = name if node.certain else self.unknown.filled(name, node.place, "if")
         self.draft.programs[name.value] = Entry(name, fields)
         self.draft.unread += left_out(node, self.unknown)

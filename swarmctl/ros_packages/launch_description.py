@@ -313,6 +313,7 @@ class _Run:
                 arguments=self.words(scope, action),
                 parameters=(*scope.parameters, *self.settings(scope, action)),
                 environment=(*scope.environment, *self.variables(scope, action)),
+                has_name=bool(name),
             )
         )
         if scope.condition:

@@ -82,6 +82,7 @@ class Node:
     parameters: tuple[Setting, ...] = ()  # its private ones
     environment: tuple[Setting, ...] = ()
     rosparams: tuple[Rosparam, ...] = ()
+    has_name: bool = True  # False where the node itself knows it, and ``name`` has its executable
 
 
 @dataclass(frozen=True)

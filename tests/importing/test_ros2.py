@@ -70,6 +70,13 @@ def test_nodes_of_a_python_file_are_programs(tmp_path: Path) -> None:
     assert [one["namespace"] for one in found["programs"].values()] == ["tb_1", "tb_2"]
 
 
+def test_a_node_without_a_name_is_a_guess(tmp_path: Path) -> None:
+    text = "<launch><node pkg='p' exec='talker'/></launch>"
+    made = draft(lab(tmp_path, {"a.launch.xml": text}))
+    why = "guess: its launch file names no node; this is its executable (a.launch.xml:1)"
+    assert f"  talker:  # {why}" in made.text
+
+
 def test_an_include_of_a_driver_is_a_robot_and_any_other_a_program(tmp_path: Path) -> None:
     found = imported(tmp_path, lab__launch__py=DRIVER)
     assert found["robots"] == {"tb": {"type": "turtlebot4", "host": "robot-pc"}}
