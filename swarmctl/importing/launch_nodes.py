@@ -497,7 +497,9 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"
-        yield from (f"{_normal(place)}: {why}" for place, why in one.left_out)
+        for place, why in one.left_out:
+            shown = "what it runs may have a secret" if is_secret(why, why) and "`" in why else why
+            yield f"{_normal(place)}: {shown}"
         unfound = (place for place in one.unfound if (place, "file") not in one.unknown)
         yield from (f"{_normal(place)}: the included file is not here" for place in unfound)
         for fault in one.faults:

@@ -18,6 +18,7 @@ from swarmctl.importing.launch_nodes import (
     unread,
     whole_folder,
 )
+from swarmctl.importing.unknown_values import is_secret
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages import python_launch, xml_launch
 from swarmctl.ros_packages.launch_description import Reader, evaluate
@@ -108,7 +109,7 @@ def _variables(folder: LabFolder, unread: list[str]) -> Iterator[tuple[str, Valu
             for name, value in own.items():
                 before = found.setdefault(name, value)
                 if before.value != value.value:
-                    unread.append(f"{value.place}: {name}={value.value}; {before.place} has {before.value}")
+                    unread.append(f"{value.place}: {name} has another value than in {before.place}")
     yield from found.items()
 
 
@@ -176,7 +177,10 @@ class _Ros:
             elif name == "ROS_LOCALHOST_ONLY" and text in ("0", "1"):
                 ros |= {"discovery": "local"} if text == "1" else {}
             else:
-                left.append(f"{one.place}: {name}={text} has no key in a spec")
+                shown = (
+                    "may have a secret" if is_secret(name, text) else f"is {text}, which has no key in a spec"
+                )
+                left.append(f"{one.place}: {name} {shown}")
                 continue
             place = place or one.place
         if ros.get("servers") and "discovery" in ros:

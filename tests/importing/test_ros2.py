@@ -111,7 +111,7 @@ export CYCLONEDDS_URI=file:///etc/cyclone.xml
     for line in (
         "setup.bash:5: place 2 of ROS_DISCOVERY_SERVER is empty: the servers of a spec have the numbers",
         "setup.bash:5: port 11900; swarmctl takes 11811",
-        "setup.bash:6: CYCLONEDDS_URI=file:///etc/cyclone.xml has no key in a spec",
+        "setup.bash:6: CYCLONEDDS_URI is file:///etc/cyclone.xml, which has no key in a spec",
     ):
         assert f"#   {line}" in made.text
 
@@ -136,6 +136,28 @@ def test_what_of_a_file_is_not_known_has_its_reason(tmp_path: Path) -> None:
     text = ROBOTS.replace("robots = [", "robots = open('robots.txt') or [")
     made = draft(lab(tmp_path, {"robots.launch.py": text, "b.launch.py": ROBOTS}))
     assert "#   robots.launch.py:11: what is below this `for` depends on open()" in made.text
+
+
+def test_no_secret_of_a_launch_file_is_copied(tmp_path: Path) -> None:
+    nodes = (
+        (
+            "Node(package='p', executable='e', name='n', arguments=['--password', 'hunter2'],"
+            " parameters=[{'token': 'hunter2'}], additional_env={'API_KEY': 'hunter2'})"
+        ),
+        "ExecuteProcess(cmd=['mount', '--password', 'hunter2'])",
+        (
+            "IncludeLaunchDescription(PythonLaunchDescriptionSource("
+            "'$(find-pkg-share p)/x.launch.py'), launch_arguments={'wifi_psk': 'hunter2'}.items())"
+        ),
+        "SetEnvironmentVariable('MQTT_URL', 'mqtt://me:hunter2@10.0.0.1')",
+        "Node(package='p', executable='e', name='m')",
+    )
+    text = f"def generate_launch_description():\n    return LaunchDescription([{', '.join(nodes)}])\n"
+    made = draft(
+        lab(tmp_path, {"a.launch.py": text, "env.sh": "export CYCLONEDDS_URI=http://a:hunter2@b/c\n"})
+    )
+    assert "hunter2" not in made.text
+    assert made.text.count("secret") >= 6
 
 
 def test_files_of_both_are_not_mixed(tmp_path: Path) -> None:
