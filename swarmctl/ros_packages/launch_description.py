@@ -81,8 +81,8 @@ class Written:
     unread: Mapping[int, str] = field(default_factory=dict)
 
 
-#: Reads a launch file; a function of it that needs values gets them from the second argument.
-Reader = Callable[[str, Callable[[Any], Any]], Written]
+#: Reads the text of a launch file. Raises ``NotReadError``.
+Reader = Callable[[str], Written]
 
 
 class NotReadError(ValueError):
@@ -154,7 +154,7 @@ class _Run:
             return
         self.launched.files[at.file] = None
         try:
-            written = reader(content.decode("utf-8", "replace"), lambda one: self.known(scope, one))
+            written = reader(content.decode("utf-8", "replace"))
         except NotReadError as error:
             self.not_read(scope, error.line, str(error))
             return
@@ -227,10 +227,6 @@ class _Run:
             return parts[1] if truths[0] else parts[2]
         found = all(truths) if value.operation == "and" else any(truths)
         return str(not found if value.operation == "not" else found).lower()
-
-    def known(self, scope: _Scope, value: Any) -> Any:
-        """The value that a function of the file reads while the launch runs."""
-        return self.text(scope, value)
 
     def field(self, scope: _Scope, action: Action, key: str, shown: str) -> str | None:
         """The text of an argument, empty if it is left out; None if it is not known."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import operator
 import re
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -85,14 +86,12 @@ class _Component:
     action: Action
 
 
-def read(text: str, known: Callable[[Any], Any]) -> Written:
-    """Returns the actions of a launch file. Raises ``NotReadError`` for one that Python cannot read.
-
-    ``known`` resolves a substitution; it is for functions of the file that a running launch calls.
-    """
-    del known
+def read(text: str) -> Written:
+    """Returns the actions of a launch file. Raises ``NotReadError`` for one that Python cannot read."""
     try:
-        tree = ast.parse(text)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of escapes in a text
+            tree = ast.parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = error.lineno or 1 if isinstance(error, SyntaxError) else 1
         raise NotReadError(f"it is not valid Python: {getattr(error, 'msg', error)}", line) from None

@@ -7,7 +7,7 @@ and launch_yaml.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import yaml
@@ -35,7 +35,7 @@ def is_of_ros_2(text: str) -> bool:
     return bool(_OF_ROS_2.search(text))
 
 
-def read_xml(text: str, _known: Callable[[Any], Any]) -> Written:
+def read_xml(text: str) -> Written:
     """Returns the actions of an XML launch file. Raises ``NotReadError``."""
     try:
         root = root_of(text.encode())
@@ -48,7 +48,7 @@ def read_xml(text: str, _known: Callable[[Any], Any]) -> Written:
     return _written(root)
 
 
-def read_yaml(text: str, _known: Callable[[Any], Any]) -> Written:
+def read_yaml(text: str) -> Written:
     """Returns the actions of a YAML launch file. Raises ``NotReadError``."""
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -278,10 +277,11 @@ def test_any_text_is_read_or_refused(words: list[str]) -> None:
         ast.parse(text)
     except (SyntaxError, ValueError):
         with pytest.raises(NotReadError):
-            python_launch.read(text, _nothing)
+            python_launch.read(text)
     else:
         launched(text)
 
 
-def _nothing(_value: Any) -> Any:
-    return None
+def test_a_file_that_python_warns_of_is_read_silently(recwarn: pytest.WarningsRecorder) -> None:
+    assert only(body(f"x = '\\d'\nreturn LaunchDescription([{NODE}])")).name == "/n"
+    assert not recwarn
