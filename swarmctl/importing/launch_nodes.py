@@ -333,50 +333,61 @@ class Lab:
             why = "its namespace is not known here" if include.package else "the included file is not here"
             self.draft.unread.append(f"{place}: {why}")
             return
-        host = self._host_of(Node("", "", "", (), place, include.certain), path)
-        given = {name: value for name, value in include.arguments.items() if value is not None}
-        for secret in [name for name, value in given.items() if is_secret(name, value)]:
-            self.draft.unread.append(f"{place}: {secret} may be a secret")
-            del given[secret]
-        namespace = include.namespace.strip("/")
         drivers = self.drivers.get((include.package, file), {})
+        if drivers and not include.certain:
+            return  # what it depends on is not read
+        host = self._host_of(Node("", "", "", (), place, include.certain), path)
+        given: dict[str, str] = {}
+        for name, value in include.arguments.items():
+            if value is None:
+                self.draft.unread.append(f"{place}: the argument `{name}` is not known here")
+            elif is_secret(name, value):
+                self.draft.unread.append(f"{place}: {name} may be a secret")
+            else:
+                given[name] = value
         if drivers:
-            arguments = (*(one.namespace_argument or "" for one in drivers.values()), *_NAMESPACES)
-            inner = next((given[one] for one in arguments if one in given), "")
-            namespace = namespace or inner.strip("/")
-            kind, *others = drivers
-            name = named(namespace.rpartition("/")[2] or kind, "robot", place, self.draft.robots)
-            why = f"its driver is {file} of {include.package}"
-            why += f", as of {', '.join(others)}" if others else ""
-            fields = {"type": Value(kind, place, why), "host": host}
-            if namespace and robot_namespace(name.value, None) != f"/{namespace}":
-                fields["namespace"] = Value(namespace, place)
-            self.draft.robots[name.value] = Entry(name, fields)
-            if self.ros_types[kind].link is not None:
-                self.draft.lines.append(unknown_line(name.value, host.value, self.ros_types[kind]))
-            self.namespaces[host.value, namespace] = name.value
-            left = sorted(set(include.arguments) - {*arguments})
-            if left:
-                self.draft.unread.append(
-                    f"{place}: {', '.join(left)}: the driver of the type sets what it needs"
-                )
-            return
-        called = named(
-            _OF_LAUNCH.sub("", file.partition(".")[0]),
-            "node",
-            place,
-            {*self.draft.programs, *self.draft.robots},
-        )
-        of_robot = self.namespaces.get((host.value, namespace), "")
-        fields = {"robot": Value(of_robot, place)} if of_robot else {"host": host}
+            self._add_driver(include, given, drivers, host)
+        else:
+            self._add_launch(include, given, host)
+
+    def _add_driver(
+        self, include: Include, given: Mapping[str, str], drivers: Mapping[str, RosDriver], host: Value
+    ) -> None:
+        """Adds the robot of an included driver; ``drivers`` are those of the types that have it, by type."""
+        place, file = _normal(include.place), posixpath.basename(include.file)
+        arguments = (*(one.namespace_argument or "" for one in drivers.values()), *_NAMESPACES)
+        inner = next((given[one] for one in arguments if one in given), "")
+        namespace = (include.namespace or "").strip("/") or inner.strip("/")
+        kind, *others = drivers
+        name = named(namespace.rpartition("/")[2] or kind, "robot", place, self.draft.robots)
+        why = f"its driver is {file} of {include.package}"
+        why += f", as of {', '.join(others)}" if others else ""
+        fields = {"type": Value(kind, place, why), "host": host}
+        if namespace and robot_namespace(name.value, None) != f"/{namespace}":
+            fields["namespace"] = Value(namespace, place)
+        self.draft.robots[name.value] = Entry(name, fields)
+        if self.ros_types[kind].link is not None:
+            self.draft.lines.append(unknown_line(name.value, host.value, self.ros_types[kind]))
+        self.namespaces[host.value, namespace] = name.value
+        if left := sorted(given.keys() - {*arguments}):
+            why = "the driver of the type sets what it needs"
+            self.draft.unread.append(f"{place}: {', '.join(left)}: {why}")
+
+    def _add_launch(self, include: Include, given: Mapping[str, str], host: Value) -> None:
+        """Adds the program of an included launch file."""
+        place, file = _normal(include.place), posixpath.basename(include.file)
+        namespace = (include.namespace or "").strip("/")
+        taken = {*self.draft.programs, *self.draft.robots}
+        name = named(_OF_LAUNCH.sub("", file.partition(".")[0]), "node", place, taken)
+        robot = self.namespaces.get((host.value, namespace), "")
+        fields = {"robot": Value(robot, place)} if robot else {"host": host}
         fields |= {"package": Value(include.package, place), "launch": Value(file, place)}
         if given:
             fields["args"] = Value({key: escaped(one) for key, one in given.items()}, place)
-        if namespace and not of_robot:
+        if namespace and not robot:
             fields["namespace"] = Value(namespace, place)
-        self.draft.programs[called.value] = Entry(called, fields)
-        for one in (name for name, value in include.arguments.items() if value is None):
-            self.draft.unread.append(f"{place}: the argument `{one}` is not known here")
+        name = name if include.certain else self.unknown.filled(name, place, "if")
+        self.draft.programs[name.value] = Entry(name, fields)
 
     def _host_of(self, node: Node, path: str) -> Value:
         """The host of a node: that of its machine, or where its launch file is started."""

@@ -114,7 +114,7 @@ def _variables(folder: LabFolder, unread: list[str]) -> Iterator[tuple[str, Valu
 
 
 def _distro(folder: LabFolder) -> Value:
-    """The distribution that a script or a Dockerfile names; a guess if none does."""
+    """The distribution whose setup a file sources; a guess if none does."""
     for path, text in folder.texts.items():
         for number, line in enumerate(text.split("\n"), 1):
             if (match := _SOURCED.search(line)) is None:

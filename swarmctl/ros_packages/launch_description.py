@@ -359,19 +359,24 @@ class _Run:
         if found is not None:
             content = found.contents.get(path) or self.beside.get(posixpath.join(found.folder, path))
         name, namespace = (self.text(scope, action.arguments.get(key) or "") for key in ("name", "namespace"))
-        try:
-            data = None if content is None else yaml.safe_load(content)
-        except (yaml.YAMLError, RecursionError):
-            data = None
-        if found is None or not isinstance(data, Mapping):
+        if found is None or content is None:
             self.not_read(scope, action.line, f"its parameters of {file}, which is not here")
+            return
+        try:
+            data = yaml.safe_load(content)
+        except (yaml.YAMLError, ValueError, RecursionError):
+            data = None
+        if not isinstance(data, Mapping):
+            self.not_read(scope, action.line, f"its parameters of {file}, which is no YAML of parameters")
             return
         place = Place(posixpath.join(found.folder, path), 0)
         for values in _of_node(data, str(name), str(namespace).strip("/")):
             for key, value in _flat(values):
                 self.left -= 1
-                if self.left > 0:
-                    yield self.setting(scope, place, key, value)
+                if self.left <= 0:  # a file whose anchors repeat each other has no end
+                    self.not_read(scope, action.line, f"of {file} there is too much to read")
+                    return
+                yield self.setting(scope, place, key, value)
 
     def flat(self, scope: _Scope, line: int, prefix: str, values: Mapping[Any, Any]) -> Iterator[Setting]:
         place = self.place(scope, line)
@@ -440,6 +445,8 @@ class _Run:
             )
             self.file(within, Place(posixpath.join(found.folder, path), 0))
             return
+        if scope.condition:
+            self.launched.unknown.setdefault((place, "if"), scope.condition)
         namespace = None if isinstance(scope.namespace, Unknown) else scope.namespace
         arguments = {key: None if isinstance(one, Unknown) else one for key, one in given.items()}
         self.launched.includes.append(Include(package, path, namespace, arguments, place, scope.certain))

@@ -465,6 +465,8 @@ class _Run:
                 self.launched.unfound.append(self.place(scope, tag))
             else:
                 place, namespace = self.place(scope, tag), self.namespace(scope, tag)
+                if scope.condition:
+                    self.launched.unknown.setdefault((place, "if"), scope.condition)
                 one = Include(match[1], posixpath.normpath(match[2]), namespace, given, place, scope.certain)
                 self.launched.includes.append(one)
             return

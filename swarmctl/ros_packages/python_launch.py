@@ -26,13 +26,13 @@ from swarmctl.ros_packages.launch_description import (
     Written,
 )
 
-_STEPS = 50_000  # expressions and statements of one file
+_STEPS = 20_000  # expressions and statements of one file
 _DEEPEST = 40  # calls and expressions within each other
 _COMPUTED, _OF_THE_LAUNCH = "what it computes", "a value of the running launch"
 _ITERABLE = (list, tuple, dict, range, str)
 _LARGEST_NUMBER = 1 << 63
 _WIDE = re.compile(r"\*|\d{3}")  # of a format
-_LARGEST = 10_000  # items of a list, characters of a text
+_LARGEST = 2_000  # items of a list, characters of a text
 _ENTRY = "generate_launch_description"
 
 

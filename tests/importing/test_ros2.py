@@ -92,6 +92,32 @@ def test_an_include_of_a_driver_of_ros_1_is_a_robot(tmp_path: Path) -> None:
     assert "ros" not in found
 
 
+@pytest.mark.parametrize(
+    ("name", "package", "file"),
+    [
+        ("a.launch.xml", "$(find-pkg-share turtlebot4_bringup)", "robot.launch.py"),
+        ("a.launch", "$(find turtlebot3_bringup)", "turtlebot3_robot.launch"),
+    ],
+)
+def test_an_include_that_may_not_apply_is_no_fact(tmp_path: Path, name: str, package: str, file: str) -> None:
+    condition = "$(optenv REAL true)" if name == "a.launch" else "$(env REAL true)"
+    elsewhere = package.replace("turtlebot", "other")
+    text = f"""
+<launch><group if="{condition}">
+  <include file="{package}/launch/{file}"/>
+  <include file="{elsewhere}/launch/map.launch"/>
+</group></launch>
+"""
+    made = draft(lab(tmp_path, {name: text}))
+    found = data(made)
+    assert (found["robots"], found.get("programs")) == (None, None)
+    assert f"#   {name}:3: whether it applies depends on {condition.split(maxsplit=1)[0]} REAL)" in made.text
+    assert (
+        f"# fill in: {name}:4: whether it applies depends on {condition.split(maxsplit=1)[0]} REAL)"
+        in made.text
+    )
+
+
 def test_variables_of_a_script_are_the_key_ros(tmp_path: Path) -> None:
     text = """
 source /opt/ros/humble/setup.bash

@@ -152,6 +152,25 @@ def test_the_parameter_file_of_a_package_that_is_here_is_read() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        ("a: [", "which is no YAML of parameters"),
+        (
+            "x: &a0 {k: 1, l: 1}\n"
+            + "".join(f"x{n}: &a{n} {{k: *a{n - 1}, l: *a{n - 1}}}\n" for n in range(1, 15))
+            + "n: {ros__parameters: {z: *a14}}\n",
+            "there is too much to read",
+        ),
+    ],
+)
+def test_a_parameter_file_that_cannot_be_read_is_named(values: str, why: str) -> None:
+    node = "Node(package='p', executable='e', name='n', parameters=['n.yaml'])"
+    found = launched(HEAD + f"    return LaunchDescription([{node}])\n", **{"n.yaml": values})
+    assert any(why in one for _, one in found.left_out)
+    assert len(only(found).parameters) <= 2000
+
+
 def test_an_include_is_followed_or_known() -> None:
     include = (
         "IncludeLaunchDescription(PythonLaunchDescriptionSource({}), launch_arguments={{'ns': 'a'}}.items())"
