@@ -21,13 +21,13 @@ from swarmctl.importing.lab_folder import (
     PYTHON,
     YAML,
     LabFolder,
-    is_env_file,
     is_of_variables,
     lab_folder,
 )
 from swarmctl.importing.lab_hosts import arrange
+from swarmctl.importing.lab_scripts import Ros, ros_of
 from swarmctl.importing.launch_nodes import draft_from_launch
-from swarmctl.importing.ros2_lab import draft_from_ros_2, is_ros_2_launch, is_ros_2_script
+from swarmctl.importing.ros2_lab import draft_from_ros_2, is_ros_2_launch
 from swarmctl.linter.runner import check_files
 from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.package import NO_PACKAGES
@@ -133,7 +133,7 @@ def _kinds(folder: LabFolder) -> Mapping[Kind, Sequence[str]]:
 def _kind(path: str, folder: LabFolder) -> Kind | None:
     """The kind of one file. One that is not YAML is added to what is not read."""
     text = folder.texts[path]
-    if is_ros_2_launch(path, text) or is_ros_2_script(path, text):
+    if is_ros_2_launch(path, text):
         return Kind.ROS_2
     if path.endswith(PYTHON):
         return None
@@ -145,8 +145,10 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
             line = problem.span.line if problem.span else 0
             folder.unread.append(f"{Place(path, line)}: it is not valid YAML")
         return Kind.CLEARPATH if is_clearpath(root) else Kind.ANSIBLE if is_yaml_inventory(root) else None
-    if is_env_file(text):
-        return Kind.LAUNCH
+    script = folder.scripts.get(path)
+    ros = ros_of(script) if script else None
+    if ros is not None:
+        return Kind.LAUNCH if ros is Ros.ONE else Kind.ROS_2
     return Kind.ANSIBLE if is_ini_inventory(path, text) else None
 
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import posixpath
-import re
-import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from urllib.parse import urlsplit
 
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.importing.draft import Value
+from swarmctl.importing.shell_script import Script, read_script
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.package import NO_PACKAGES, Packages
@@ -41,6 +41,14 @@ class LabFolder:
     named: str
     unread: list[str]  # files, and why they cannot be read
     packages: Packages
+
+    @cached_property
+    def scripts(self) -> Mapping[str, Script]:
+        """What each script of ROS does, but for those that another one runs."""
+        texts = {path: text for path, text in self.texts.items() if _is_script(path)}
+        read = {path: read_script(path, texts) for path in self.candidates() if path in texts}
+        run = {other for one in read.values() for other in one.others}
+        return {path: one for path, one in read.items() if path not in run}
 
     def candidates(self) -> tuple[str, ...]:
         """The paths that may be imported: the named file alone, or all."""
@@ -115,61 +123,13 @@ def _may_be_read(path: str) -> bool:
     return name.endswith(_SUFFIXES) or ("." not in name and name.startswith(_PLAIN_NAMES))
 
 
+def _is_script(path: str) -> bool:
+    return not path.endswith((*LAUNCH, PYTHON, *YAML, ".xml", ".ini")) and not is_of_variables(path)
+
+
 def is_of_variables(path: str) -> bool:
     """Returns True for a file of variables of an inventory."""
     return any(part in VARIABLES for part in posixpath.dirname(path).split("/"))
-
-
-_VARIABLES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
-#: The variables by which nodes of ROS 2 find each other.
-OF_ROS_2 = (
-    "ROS_DOMAIN_ID", "RMW_IMPLEMENTATION", "ROS_DISCOVERY_SERVER", "ROS_AUTOMATIC_DISCOVERY_RANGE",
-    "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY", "CYCLONEDDS_URI", "FASTRTPS_DEFAULT_PROFILES_FILE",
-    "ZENOH_SESSION_CONFIG_URI", "ZENOH_ROUTER_CONFIG_URI",
-)  # fmt: skip
-_BEFORE = {"export", "then", "else", "do", "{"}  # words before an assignment
-_ASSIGNMENT = re.compile(r"(\w+)=(.*)", re.DOTALL)
-_COMPUTED = re.compile(r"[$`{}*\\]")
-
-
-def is_env_file(text: str, variables: Sequence[str] = _VARIABLES) -> bool:
-    """Returns True if a script sets a variable that says which master or address ROS uses."""
-    return any(any(_assignments(line, variables)) for line in text.splitlines())
-
-
-def env_of(
-    path: str, text: str, variables: Sequence[str] = _VARIABLES
-) -> tuple[Mapping[str, Value], list[str]]:
-    """Returns the ROS variables of a script, and why others are not known."""
-    found: dict[str, Value] = {}
-    unread: dict[str, str] = {}
-    for number, line in enumerate(text.split("\n"), 1):
-        for name, value in _assignments(line, variables):
-            place, before = Place(path, number), found.pop(name, None)
-            if _COMPUTED.search(value):
-                unread[name] = f"{place}: {name} is computed by the shell"
-            elif name in unread or (before is not None and before.value != value):
-                unread[name] = f"{place}: {name} is set more than once in this file"
-            elif value:
-                found[name] = Value(value, place)
-    return found, list(unread.values())
-
-
-def _assignments(line: str, variables: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """The ROS variables that a line sets, alone or with others: not those of an `echo`."""
-    if not any(name in line for name in variables):
-        return
-    words = shlex.shlex(line, posix=True, punctuation_chars=";&|")
-    words.whitespace_split = True
-    is_start = True
-    try:
-        for word in words:
-            assignment = _ASSIGNMENT.fullmatch(word) if is_start else None
-            if assignment and assignment[1] in variables:
-                yield assignment[1], assignment[2]
-            is_start = bool(assignment) or word in _BEFORE or not word.strip(";&|")
-    except ValueError:  # a quote that another line closes
-        return
 
 
 ROS_PORT = 11311

@@ -14,8 +14,10 @@ import yaml
 
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.fkie_settings import FkieSettings
-from swarmctl.importing.lab_folder import LAUNCH, LabFolder, env_of, is_env_file, own_address
+from swarmctl.importing.lab_folder import LAUNCH, LabFolder, own_address
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
+from swarmctl.importing.lab_scripts import Evaluate, Ros, Started, ros_of, started_by
+from swarmctl.importing.shell_script import Remote
 from swarmctl.importing.unknown_values import Unknown, is_secret
 from swarmctl.links.link_base import RobotLink
 from swarmctl.plugins import LINK_KINDS
@@ -188,11 +190,19 @@ _MULTIMASTERS = {
 
 def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Draft:
     """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types."""
-    launched = _launched(folder)
+    _, packages = whole_folder(folder)
+
+    def one(
+        package: Package, path: str, given: Mapping[str, str | None], namespace: str, limit: int
+    ) -> Launched:
+        return evaluate(package, path, given, namespace or "/", packages, limit=limit)
+
+    started = scripts_of(folder, Ros.ONE, one)
+    launched = not_included({**_launched(folder), **{one.key: one.launched for one in started}})
     lab = Lab(types, reasons(launched))
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
-    lab.add_scripts(folder)
+    lab.add_scripts(started)
     for path, node in nodes_in(launched):
         if node.certain and node.package in _MULTIMASTERS:
             lab.fkie.add_hosts(node, launched[path])
@@ -203,6 +213,17 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> D
     lab.add_masters()
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     return lab.draft
+
+
+def scripts_of(folder: LabFolder, ros: Ros, evaluate: Evaluate) -> Sequence[Started]:
+    """Returns what the scripts of one ROS set and start, by computer."""
+    whole, packages = whole_folder(folder)
+    left, found = _LIMIT, list[Started]()
+    for path, script in folder.scripts.items():
+        if ros_of(script) in (ros, Ros.EITHER):
+            found += started_by(path, script, packages, whole, evaluate, limit=left)
+            left = _LIMIT - sum(one.launched.cost for one in found)
+    return found
 
 
 def reasons(launched: Mapping[str, Launched]) -> Mapping[tuple[Place, str], str]:
@@ -229,6 +250,7 @@ class Lab:
         self.fkie = FkieSettings(self.draft, self.hosts)
         self.machines: dict[str, str] = {}  # hosts by the names of roslaunch
         self.folders: dict[str, set[str]] = {}  # hosts by the folders of their scripts
+        self.started_on: dict[str, Value] = {}  # hosts by what starts nodes on them
         self.namespaces: dict[tuple[str, str], str] = {}  # robots by host and namespace
         self.default = ""  # the host of nodes that name no machine
         self.hub = ""  # where roslaunch runs
@@ -255,20 +277,38 @@ class Lab:
         if machine.is_default and machine.certain:
             self.default = self.machines[name]
 
-    def add_scripts(self, folder: LabFolder) -> None:
+    def add_scripts(self, started: Sequence[Started]) -> None:
         """Adds hosts and masters of scripts. One without an address of a host holds for all hosts."""
         masters: list[tuple[str, Value]] = []
-        for path in folder.candidates():
-            if not path.endswith(LAUNCH) and is_env_file(folder.texts[path]):
-                env, unread = env_of(path, folder.texts[path])
-                self.draft.unread += unread
-                host = self._host_of_script(path, env)
-                if "ROS_MASTER_URI" in env:
-                    masters.append((host, env["ROS_MASTER_URI"]))
+        for one in started:
+            self.draft.unread += one.unread
+            host = self.add_remote(one) if one.remote else self._host_of_script(one.path, one.variables)
+            if host:
+                self.started_on[one.key] = Value(host, one.place)
+            if "ROS_MASTER_URI" in one.variables:
+                masters.append((host, one.variables["ROS_MASTER_URI"]))
         for host, uri in sorted(masters, key=lambda one: not one[0]):  # what holds for one host comes first
             self.hosts.add_master([host] if host else list(self.draft.hosts), uri)
         hubs = {str(one.value) for one in self.draft.masters.values()}
         self.hub = min(hubs) if len(hubs) == 1 else "" if hubs else self.default
+
+    def add_remote(self, started: Started) -> str:
+        """Adds the computer that a script reaches by ssh; returns its name."""
+        remote, place = started.remote or Remote(""), started.place
+        address = own_address(Value(remote.address, place))
+        fields = {"address": address_of(str(address.value), place)}
+        fields |= {"user": Value(remote.user, place)} if remote.user else {}
+        fields |= {"port": Value(number(remote.port), place)} if remote.port else {}
+        if remote.has_password:
+            self.draft.unread.append(f"{place}: its password is a secret")
+        if remote.via:
+            self.draft.unread.append(f"{place}: it jumps through {remote.via}; write `via` with that host")
+        host = self.hosts.add(remote.address, place, fields)
+        own = [one for key, one in started.variables.items() if key in ("ROS_IP", "ROS_HOSTNAME")]
+        for one in (own_address(one) for one in own):
+            if not means_self(one.value):
+                self.hosts.add(host, one.place, {"address": one})
+        return host
 
     def _host_of_script(self, path: str, env: Mapping[str, Value]) -> str:
         """Adds the host that the variables of a script are for; returns its name, empty if they name none."""
@@ -291,7 +331,7 @@ class Lab:
     def add_nodes(self, launched: Mapping[str, Launched]) -> None:
         """Adds robots, then programs, which may name robots, and the master of machines."""
         programs: list[tuple[Node, Value]] = []
-        for path, node in nodes_in(launched):
+        for path, node in nodes_in(launched, self.started_on):
             kind = driven_type(node.package or "", node.executable or "", self.types)
             packages = _MULTIMASTERS.get(node.package or "")
             if None in (node.package, node.executable, node.name):
@@ -330,7 +370,7 @@ class Lab:
         """Adds what a file that is not here starts: a robot if it is the driver of a type, else a program."""
         place, file = _normal(include.place), posixpath.basename(include.file)
         if include.namespace is None or not include.package:
-            why = "its namespace is not known here" if include.package else "the included file is not here"
+            why = "its namespace is not known here" if include.package else f"{include.file} is not here"
             self.draft.unread.append(f"{place}: {why}")
             return
         drivers = self.drivers.get((include.package, file), {})
@@ -338,6 +378,9 @@ class Lab:
             return  # what it depends on is not read
         host = self._host_of(Node("", "", "", (), place, include.certain), path)
         given: dict[str, str] = {}
+        for one in include.environment:
+            if why := "the driver of the type sets what it needs" if drivers else _why_left_out(one):
+                self.draft.unread.append(f"{place}: {one.name}: {why}")
         for name, value in include.arguments.items():
             if value is None:
                 self.draft.unread.append(f"{place}: the argument `{name}` is not known here")
@@ -384,6 +427,11 @@ class Lab:
         fields |= {"package": Value(include.package, place), "launch": Value(file, place)}
         if given:
             fields["args"] = Value({key: escaped(one) for key, one in given.items()}, place)
+        variables = {
+            one.name: escaped(one.value or "") for one in include.environment if not _why_left_out(one)
+        }
+        if variables:
+            fields["environment"] = Value(variables, place)
         if namespace and not robot:
             fields["namespace"] = Value(namespace, place)
         name = name if include.certain else self.unknown.filled(name, place, "if")
@@ -407,6 +455,8 @@ class Lab:
         if node.machine:
             why = f"no <machine> is called {node.machine} ({node.place})"
             return Value(next(iter(self.draft.hosts)), fill_in=why)
+        if path in self.started_on:
+            return self.started_on[path]
         if self.default:
             return Value(self.default, node.place)
         if len(self.draft.hosts) == 1:
@@ -489,12 +539,12 @@ def not_included(found: Mapping[str, Launched]) -> Mapping[str, Launched]:
     return {path: one for path, one in found.items() if path not in included}
 
 
-def nodes_in(launched: Mapping[str, Launched]) -> Iterator[tuple[str, Node]]:
-    """Every node once, with the launch file that starts it."""
-    seen: set[tuple[str | None, str | None, Place]] = set()
+def nodes_in(launched: Mapping[str, Launched], apart: Collection[str] = ()) -> Iterator[tuple[str, Node]]:
+    """Every node once, with what starts it; of those that are ``apart`` each starts its own."""
+    seen: set[tuple[str | None, str | None, Place, str]] = set()
     for path, one in launched.items():
         for node in one.nodes:
-            key = (node.name, node.machine, node.place)
+            key = (node.name, node.machine, node.place, path if path in apart else "")
             if key not in seen:
                 seen.add(key)
                 settings = tuple(replace(one, place=_normal(one.place)) for one in node.parameters)

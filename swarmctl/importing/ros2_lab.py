@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import posixpath
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from swarmctl.importing.draft import Draft, Value
-from swarmctl.importing.lab_folder import LAUNCH, OF_ROS_2, PYTHON, YAML, LabFolder, env_of, is_env_file
-from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts
+from swarmctl.importing.lab_folder import LAUNCH, PYTHON, YAML, LabFolder
+from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of
+from swarmctl.importing.lab_scripts import OF_ROS_1, Ros, Started
 from swarmctl.importing.launch_nodes import (
     Lab,
     not_included,
     reasons,
+    scripts_of,
     unread,
     whole_folder,
 )
@@ -23,6 +25,8 @@ from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages import python_launch, xml_launch
 from swarmctl.ros_packages.launch_description import Reader, evaluate
 from swarmctl.ros_packages.launch_files import Launched, Place
+from swarmctl.ros_packages.package import Package
+from swarmctl.swarm.addresses import ip_of
 
 _LIMIT = 20_000  # actions of all launch files together
 _READERS: Mapping[str, Reader] = {
@@ -49,19 +53,24 @@ def is_ros_2_launch(path: str, text: str) -> bool:
     return path.endswith(YAML) and "launch" in posixpath.basename(path) and "\nlaunch:" in f"\n{text}"
 
 
-def is_ros_2_script(path: str, text: str) -> bool:
-    """Returns True for a script or an environment file that sets variables of ROS 2."""
-    return not path.endswith((*LAUNCH, PYTHON, *YAML)) and is_env_file(text, OF_ROS_2)
-
-
 def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Draft:
     """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types."""
-    launched = _launched(folder)
+    _, packages = whole_folder(folder)
+
+    def one(
+        package: Package, path: str, given: Mapping[str, str | None], namespace: str, limit: int
+    ) -> Launched:
+        return evaluate(package, path, packages, _READERS, limit=limit, arguments=given, namespace=namespace)
+
+    started = scripts_of(folder, Ros.TWO, one)
+    launched = not_included({**_launched(folder), **{one.key: one.launched for one in started}})
     lab = Lab(types, reasons(launched))
     lab.draft.source = "launch files and scripts of ROS 2"
-    variables = dict(_variables(folder, lab.draft.unread))
+    lab.add_scripts(started)
+    variables = dict(_variables(started, lab.draft.unread))
     ros = _Ros(lab.draft, lab.hosts, variables)
-    ros.add_servers()
+    ros.add_servers(started, lab.started_on)
+    ros.add_peers()
     if not lab.draft.hosts and any(one.nodes or one.includes for one in launched.values()):
         why = "no file names a computer; write each, and which one starts what"
         lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "it starts all nodes")
@@ -99,17 +108,16 @@ def mode_of(draft: Draft) -> Mapping[str, Value]:
     }
 
 
-def _variables(folder: LabFolder, unread: list[str]) -> Iterator[tuple[str, Value]]:
+def _variables(started: Sequence[Started], unread: list[str]) -> Iterator[tuple[str, Value]]:
     """The variables of all scripts; one that two scripts have with different values is the first one's."""
     found: dict[str, Value] = {}
-    for path in folder.candidates():
-        if is_ros_2_script(path, folder.texts[path]):
-            own, why = env_of(path, folder.texts[path], OF_ROS_2)
-            unread += why
-            for name, value in own.items():
-                before = found.setdefault(name, value)
-                if before.value != value.value:
-                    unread.append(f"{value.place}: {name} has another value than in {before.place}")
+    for one in started:
+        for name, value in one.variables.items():
+            if name in OF_ROS_1:
+                continue
+            before = found.setdefault(name, value)
+            if before.value != value.value:
+                unread.append(f"{value.place}: {name} has another value than in {before.place}")
     yield from found.items()
 
 
@@ -132,15 +140,19 @@ class _Ros:
     def __init__(self, draft: Draft, hosts: LabHosts, variables: Mapping[str, Value]) -> None:
         self._draft, self._hosts, self._variables = draft, hosts, variables
         self._servers: list[str] = []
+        self._peers: list[str] = []
 
-    def add_servers(self) -> None:
-        """Adds the hosts of discovery servers, in the order of their numbers."""
-        given = self._variables.get("ROS_DISCOVERY_SERVER")
-        if given is None:
-            return
-        places = str(given.value).split(";")
-        while places and not places[-1]:
-            places.pop()
+    def add_servers(self, started: Sequence[Started], hosts: Mapping[str, Value]) -> None:
+        """Adds the hosts of discovery servers, in the order of their numbers; ``hosts`` start some."""
+        found: dict[int, str] = {}
+        for script in started:
+            for number, place in script.servers.items():
+                if script.key in hosts:
+                    found.setdefault(number, str(hosts[script.key].value))
+                else:
+                    self._draft.unread.append(f"{place}: a server of discovery; add its host to `servers`")
+        given = self._variables.get("ROS_DISCOVERY_SERVER", Value(""))
+        places = str(given.value).rstrip("; ").split(";") if given.value else []
         for number, one in enumerate(places):
             match = _SERVER.fullmatch(one.strip())
             if not one.strip():
@@ -153,12 +165,25 @@ class _Ros:
                     self._draft.unread.append(
                         f"{given.place}: port {match[2]}; swarmctl takes {_SERVER_PORT}"
                     )
-                name = self._hosts.find(match[1]) or self._hosts.new(
-                    f"server-{len(self._servers) + 1}", given.place,
-                    {"address": Value(match[1], given.place)},
-                    "it runs a discovery server",
-                )  # fmt: skip
-                self._servers.append(name)
+                why = "it runs a discovery server"
+                found[number] = self._host(match[1], f"server-{len(found) + 1}", given, why)
+        self._servers = list(dict.fromkeys(found[number] for number in sorted(found)))
+
+    def add_peers(self) -> None:
+        """Adds the hosts that nodes look for."""
+        given = self._variables.get("ROS_STATIC_PEERS", Value(""))
+        for one in str(given.value).split(";"):
+            if _SERVER.fullmatch(one.strip()):
+                self._host(one.strip(), f"peer-{len(self._peers) + 1}", given, "nodes look for it")
+                self._peers.append(one.strip())
+            elif one.strip():
+                self._draft.unread.append(f"{given.place}: `{one}` is no address of a host")
+
+    def _host(self, address: str, name: str, given: Value, why: str) -> str:
+        """The host with an address, a new one if it is not known."""
+        known = self._hosts.find(address)
+        fields = {"address": address_of(address, given.place or Place("", 0))}
+        return known or self._hosts.new(name if ip_of(address) else address, given.place, fields, why)
 
     def value(self, distro: Value) -> Value:
         """Returns the key `ros`, and lists what it does not have."""
@@ -170,8 +195,10 @@ class _Ros:
                 ros["domain"] = int(text)
             elif name == "RMW_IMPLEMENTATION" and text in RMW:
                 ros["rmw"] = RMW[text]
-            elif name == "ROS_DISCOVERY_SERVER" and self._servers:
-                ros["servers"] = list(dict.fromkeys(self._servers))
+            elif (name == "ROS_DISCOVERY_SERVER" and self._servers) or (
+                name == "ROS_STATIC_PEERS" and self._peers
+            ):
+                pass  # see below
             elif name == "ROS_AUTOMATIC_DISCOVERY_RANGE" and text in ("LOCALHOST", "SUBNET"):
                 ros["discovery"] = "local" if text == "LOCALHOST" else "multicast"
             elif name == "ROS_LOCALHOST_ONLY" and text in ("0", "1"):
@@ -183,7 +210,12 @@ class _Ros:
                 left.append(f"{one.place}: {name} {shown}")
                 continue
             place = place or one.place
-        if ros.get("servers") and "discovery" in ros:
-            left.append("discovery: the servers are kept, and not the range of discovery")
+        if self._servers:
+            ros["servers"] = self._servers
+        if (self._servers or self._peers) and "discovery" in ros:
+            kept = "servers" if self._servers else "peers"
+            left.append(f"discovery: the {kept} are kept, and not the range of discovery")
             del ros["discovery"]
+        if self._peers and not self._servers and ros.get("rmw") != "zenoh":
+            ros["discovery"] = "peers"
         return replace(distro, value=ros, place=place)

@@ -114,15 +114,24 @@ class _Scope:
 
 
 def evaluate(
-    package: Package, path: str, packages: Mapping[str, Package], readers: Mapping[str, Reader], *, limit: int
+    package: Package,
+    path: str,
+    packages: Mapping[str, Package],
+    readers: Mapping[str, Reader],
+    *,
+    limit: int,
+    arguments: Mapping[str, str | None] | None = None,
+    namespace: str = "",
 ) -> Launched:
-    """Returns what a launch file starts with the defaults of its arguments, with the includes that are here.
+    """Returns what a launch file starts, with the includes that are here.
 
-    ``readers`` has one for each suffix of a launch file. It ends after ``limit`` actions.
+    ``arguments`` go before the defaults that it declares. ``readers`` has one for each suffix of a launch
+    file. It ends after ``limit`` actions.
     """
     run = _Run(packages, readers, limit)
     run.beside = package.contents
-    scope = _Scope(package, path, {})
+    given = {name: Unknown("a script") if one is None else one for name, one in (arguments or {}).items()}
+    scope = _Scope(package, path, dict(given), namespace)
     run.file(scope, Place(posixpath.join(package.folder, path), 0))
     run.launched.cost = limit - run.left
     return run.launched
@@ -449,7 +458,9 @@ class _Run:
             self.launched.unknown.setdefault((place, "if"), scope.condition)
         namespace = None if isinstance(scope.namespace, Unknown) else scope.namespace
         arguments = {key: None if isinstance(one, Unknown) else one for key, one in given.items()}
-        self.launched.includes.append(Include(package, path, namespace, arguments, place, scope.certain))
+        self.launched.includes.append(
+            Include(package, path, namespace, arguments, place, scope.certain, scope.environment)
+        )
 
     def target(self, scope: _Scope, file: str) -> tuple[str, str]:
         """The package and the path within it of an included file; no package for one beside this file."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 
 from swarmctl.ros_packages.package import Package
@@ -109,6 +109,7 @@ class Include:
     arguments: Mapping[str, str | None]
     place: Place
     certain: bool
+    environment: tuple[Setting, ...] = ()
 
 
 @dataclass
@@ -131,6 +132,16 @@ class Launched:
     """The substitution on which an attribute depends; `if` is also `unless`, and that of what is around."""
     faults: list[Fault] = field(default_factory=list)
     cost: int = 0
+
+    def add(self, other: Launched) -> None:
+        """Adds what another launch file brings."""
+        for one in fields(self):
+            mine, others = getattr(self, one.name), getattr(other, one.name)
+            if isinstance(mine, list):
+                mine += others
+            elif isinstance(mine, dict):
+                mine.update({**others, **mine})
+        self.cost += other.cost
 
 
 _ARGUMENT = re.compile(r"\$\(([^()$]{0,200})\)")

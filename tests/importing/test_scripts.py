@@ -1,0 +1,179 @@
+"""What the scripts of a lab set and start, on which computers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarmctl.importing.shell_script import Assignment, Command, read_script
+from swarmctl.ros_packages.launch_description import Unknown
+from tests.importing.drafts import data, draft, lab
+
+FLEET = """\
+#!/bin/bash
+for i in 1 2; do
+  ssh -f -l pi robot-0$i.local "export ROS_MASTER_URI=http://desk.local:11311; \
+export ROS_HOSTNAME=robot-0$i.local; \
+ROS_NAMESPACE=robot_0$i roslaunch turtlebot3_bringup turtlebot3_robot.launch multi_robot_name:=robot_0$i"
+done
+"""
+
+
+def commands(text: str, **others: str) -> list[tuple[str, str]]:
+    """The commands of a script, each behind its account and computer."""
+    texts = {"start.sh": text, **{name.replace("__", "."): one for name, one in others.items()}}
+    found: list[tuple[str, str]] = []
+    for one in read_script("start.sh", texts).steps:
+        if isinstance(one, Command) and one.words != ("ssh",):
+            remote = f"{one.remote.user}@{one.remote.address}".lstrip("@") if one.remote else ""
+            words = ("?" if isinstance(word, Unknown) else word for word in one.words)
+            found.append((remote, " ".join(words)))
+    return found
+
+
+def test_robots_that_a_loop_starts_by_ssh_are_hosts_and_robots(tmp_path: Path) -> None:
+    found = data(draft(lab(tmp_path, {"start.sh": FLEET})))
+    assert found["hosts"] == {
+        "robot-01": {"address": "robot-01.local", "user": "pi"},
+        "robot-02": {"address": "robot-02.local", "user": "pi"},
+        "desk": {"address": "desk.local"},
+    }
+    assert (found["mode"], found["hub"]) == ("central", "desk")
+    assert {name: (one["type"], one["host"]) for name, one in found["robots"].items()} == {
+        "robot-01": ("turtlebot3-burger", "robot-01"),
+        "robot-02": ("turtlebot3-burger", "robot-02"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("for h in a b; do ssh pi@$h go; done", [("pi@a", "go"), ("pi@b", "go")]),
+        ("H=(a b)\nfor h in \"${H[@]}\"; do ssh $h go; done", [("a", "go"), ("b", "go")]),
+        ("H='a b'\nfor h in $H; do ssh $h go; done", [("a", "go"), ("b", "go")]),
+        ("for i in {1..2}; do ssh r$i go; done", [("r1", "go"), ("r2", "go")]),
+        ("for i in $(seq 1 2); do ssh h$((i + 10)) go; done", [("h11", "go"), ("h12", "go")]),
+        ("for ((i=1; i<=2; i++)); do ssh r$i go; done", [("r1", "go"), ("r2", "go")]),
+        ("go() { ssh $1 \"go $2\"; }\ngo a x\ngo b y", [("a", "go x"), ("b", "go y")]),
+        ("ssh a <<EOF\ngo\nEOF", [("a", "go")]),
+        ("U=pi\nssh a <<EOF\ngo $U\nEOF", [("a", "go pi")]),
+        ("ssh a <<'EOF'\ngo $U\nEOF", [("a", "go ?")]),
+        ("ssh a 'bash -s' < there.sh", [("a", "there")]),
+        ("ssh -p 2222 -i key -tt pi@a -- go", [("pi@a", "-- go")]),
+        ("sshpass -p hunter2 ssh a sudo -E go", [("a", "go")]),
+        ("ssh ssh://pi@a:2222 go", [("pi@a", "go")]),
+        ("ssh a \"ssh b 'go'\"", [("b", "go")]),
+        ("tmux new-session -d -s x 'ssh a go'", [("a", "go")]),
+        ("tmux new -d -s x \\; send-keys 'ssh a go' C-m", [("a", "go")]),
+        ("tmux send-keys -t x:0 'ssh a' C-m\ntmux send-keys -t x:0 'go' Enter\ntmux send -t y go C-m",
+         [("a", "go"), ("", "go")]),
+        ("byobu new-window -n a \"ssh a go\"", [("a", "go")]),
+        ("screen -dmS x ssh a go", [("a", "go")]),
+        ("gnome-terminal --tab -e 'ssh a go' --tab -e 'ssh b go'", [("a", "go"), ("b", "go")]),
+        ("gnome-terminal -- bash -c 'ssh a \"go; exec bash\"'", [("a", "go")]),
+        ("xterm -e 'ssh a go' &", [("a", "go")]),
+        ("source there.sh", [("", "there")]),
+        ("./there.sh", [("", "there")]),
+        ("bash -c 'ssh a go'", [("a", "go")]),
+        ("A=x env B=y go", [("", "go")]),
+        ("start() { ssh a go; }", [("a", "go")]),
+        ("ssh $ROBOT go", [("", "ssh ? go")]),
+        ("ssh a \"go $1\"", [("a", "?")]),
+    ],
+)  # fmt: skip
+def test_what_a_script_runs(text: str, expected: list[tuple[str, str]]) -> None:
+    assert commands(text, there__sh="there") == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("A=1\nX=a$A", "a1"),
+        ("A=1\nexport X=\"${A}b\"", "1b"),
+        ("X=$((2 + 3))", "5"),
+        ("A='p q'\nX=\"$A r\"", "p q r"),
+        ("X='$A'", "$A"),
+        ("X=\"\\$A\"", "$A"),
+    ],
+)  # fmt: skip
+def test_the_value_of_a_variable(text: str, value: str) -> None:
+    steps = [one for one in read_script("a.sh", {"a.sh": text}).steps if isinstance(one, Assignment)]
+    assert {one.name: one.value for one in steps}["X"] == value
+
+
+@pytest.mark.parametrize("text", ["X=$(id -u)", "X=$A", "X=${A:-1}", "X=$((A * 2))", "X=${A##*/}"])
+def test_what_the_shell_computes_is_unknown(text: str) -> None:
+    (one,) = read_script("a.sh", {"a.sh": text}).steps
+    assert isinstance(one, Assignment)
+    assert isinstance(one.value, Unknown)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(" * 50_000,
+        "x=\"" + "$(" * 5_000,
+        "f() { f; f; }; f",
+        "source a.sh; source a.sh",
+        "for i in {1..999999}; do for j in {1..999999}; do for k in {1..999}; do x; done; done; done",
+        "ssh a \"ssh b \\\"ssh c 'eval eval eval x'\\\"\"",
+        "a='" + "{1,2}" * 500 + "'; echo {1,2}" + "{1,2}" * 500,
+    ],
+)  # fmt: skip
+def test_a_hostile_script_has_an_end(text: str) -> None:
+    assert len(read_script("a.sh", {"a.sh": text}).steps) <= 20_000
+
+
+NODES = """\
+source /opt/ros/humble/setup.bash
+export TURTLEBOT3_MODEL=burger ROS_DOMAIN_ID=30
+ros2 run demo talker --rate 2 --ros-args -r __ns:=/tb_1 -r __node:=chat -r chatter:=/talk -p use:=true
+ros2 launch nav2_bringup bringup_launch.py map:=/maps/a.yaml
+ros2 launch here robots.launch.py name:=tb_9
+ros2 topic pub /cmd_vel geometry_msgs/msg/Twist
+ssh ubuntu@192.168.77.21 "python3 ~/camera.py; fastdds discovery -i 0"
+"""
+HERE = """\
+<launch>
+  <arg name="name" default="tb_0"/>
+  <node pkg="demo" exec="base" name="$(var name)"/>
+</launch>
+"""
+
+
+def test_what_scripts_start_are_programs(tmp_path: Path) -> None:
+    files = {
+        "start.sh": NODES,
+        "here/package.xml": "<package><name>here</name></package>",
+        "here/launch/robots.launch.py": "",
+        "here/launch/robots.launch.xml": HERE,
+    }
+    files["start.sh"] = NODES.replace("robots.launch.py", "robots.launch.xml")
+    made = draft(lab(tmp_path, files))
+    found = data(made)
+    assert found["ros"] == {"distro": "humble", "domain": 30, "servers": ["host-192-168-77-21"]}
+    assert found["hosts"] == {"host-192-168-77-21": {"address": "192.168.77.21", "user": "ubuntu"}}
+    on: dict[str, Any] = {"host": "host-192-168-77-21"}
+    environment = {"environment": {"TURTLEBOT3_MODEL": "burger"}}
+    assert found["programs"] == {
+        "chat": {
+            **on, "package": "demo", "executable": "talker", "args": ["--rate", "2"], "params": {"use": True},
+            "remap": {"chatter": "/talk"}, **environment, "namespace": "tb_1",
+        },
+        "tb-9": {**on, "package": "demo", "executable": "base"},
+        "bringup": {
+            **on, "package": "nav2_bringup", "launch": "bringup_launch.py", "args": {"map": "/maps/a.yaml"},
+            **environment,
+        },
+    }  # fmt: skip
+    assert "#   start.sh:6: `ros2 topic pub /cmd_vel geometry_msgs/msg/Twist` is no launch file" in made.text
+    assert "#   start.sh:7: `python3 ~/camera.py` is no launch file and no node" in made.text
+
+
+def test_no_secret_of_a_script_is_copied(tmp_path: Path) -> None:
+    text = "sshpass -p hunter2 ssh pi@r1 'ros2 run p e --password hunter2; x --token hunter2'\n"
+    made = draft(lab(tmp_path, {"start.sh": f"export API_KEY=hunter2\n{text}ros2 run a b\n"}))
+    assert "hunter2" not in made.text
+    assert made.text.count("secret") == 4
