@@ -15,6 +15,8 @@ from swarmctl.importing.ansible_hosts import (
     is_yaml_inventory,
 )
 from swarmctl.importing.clearpath_robot import draft_from_clearpath, is_clearpath
+from swarmctl.importing.compose_services import is_compose, is_compose_of_ros_1
+from swarmctl.importing.dds_profiles import rmw_of
 from swarmctl.importing.draft import Draft, lines_of, summary, text_of_lines, with_errors
 from swarmctl.importing.lab_folder import (
     LAUNCH,
@@ -139,11 +141,15 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
         return None
     if path.endswith(LAUNCH):
         return Kind.LAUNCH
+    if path.endswith(".xml"):
+        return Kind.ROS_2 if rmw_of(text) else None
     if path.endswith(YAML):
         root, problem = compose(text, path, LoadBudget())
         if problem is not None:  # its message might show a secret
             line = problem.span.line if problem.span else 0
             folder.unread.append(f"{Place(path, line)}: it is not valid YAML")
+        if is_compose(root):
+            return Kind.LAUNCH if is_compose_of_ros_1(text) else Kind.ROS_2
         return Kind.CLEARPATH if is_clearpath(root) else Kind.ANSIBLE if is_yaml_inventory(root) else None
     script = folder.scripts.get(path)
     ros = ros_of(script) if script else None

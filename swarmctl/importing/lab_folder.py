@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import posixpath
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,9 +28,11 @@ YAML = (".yaml", ".yml", ".json")
 VARIABLES = ("group_vars", "host_vars")
 _SUFFIXES = (*LAUNCH, PYTHON, *SCRIPTS, *YAML, ".ini")
 _PLAIN_NAMES = ("hosts", "inventory", "env", "setup", "bashrc", "environment")  # without a suffix
+_OF_DDS = re.compile("dds|rtps|cyclone|profile|discovery|peer|shm", re.IGNORECASE)
 _MAX_FILE = 256 << 10
 _MAX_FOLDERS = 500
 _MAX_DEPTH = 6
+_MOST_OF_COMPOSE = 20  # files of variables
 _ANY = ("",)  # every name ends with it
 
 
@@ -86,7 +89,7 @@ def lab_folder(path: Path) -> LabFolder | Diagnostic:
 def _text(files: ProjectFiles, path: Path) -> str | Diagnostic:
     if not path.is_symlink() and path.is_file() and path.stat().st_size > _MAX_FILE:
         return Diagnostic("FILE002", f"it is larger than {_MAX_FILE >> 10} KiB")
-    return files.text(path, _ANY)
+    return files.named(path) if path.name.startswith(".env") else files.text(path, _ANY)
 
 
 def _beside(files: ProjectFiles, path: Path) -> Iterator[str]:
@@ -94,8 +97,16 @@ def _beside(files: ProjectFiles, path: Path) -> Iterator[str]:
     launch = (*LAUNCH, PYTHON)
     if path.name.endswith(launch):
         yield from (name for name in files.names(path.parent) if name.endswith(launch))
+    if path.name.endswith(YAML):
+        yield from _of_compose(path.parent, "")
     for folder in VARIABLES:
         yield from _below(files, path.parent, folder)
+
+
+def _of_compose(root: Path, inside: str) -> Iterator[str]:
+    """The files of variables, which are hidden, beside a Compose file."""
+    found = sorted((root / inside).glob(".env*"))[:_MOST_OF_COMPOSE]
+    yield from (posixpath.join(inside, one.name) for one in found if one.is_file() and not one.is_symlink())
 
 
 def _below(files: ProjectFiles, root: Path, inside: str = "") -> Iterator[str]:
@@ -105,7 +116,10 @@ def _below(files: ProjectFiles, root: Path, inside: str = "") -> Iterator[str]:
         if not waiting:
             return
         inside = waiting.pop(0)
-        for name in files.names(root / inside):
+        names = files.names(root / inside)
+        if any("compose" in name and name.endswith(YAML) for name in names):
+            yield from _of_compose(root, inside)
+        for name in names:
             path = posixpath.join(inside, name)
             if not (root / path).is_dir():
                 if _may_be_read(path):
@@ -120,6 +134,8 @@ def _may_be_read(path: str) -> bool:
         return not name.endswith(("~", ".bak", ".orig", ".retry"))
     if name.endswith(PYTHON):
         return "launch" in path
+    if name.endswith(".xml") and _OF_DDS.search(name):
+        return True
     return name.endswith(_SUFFIXES) or ("." not in name and name.startswith(_PLAIN_NAMES))
 
 

@@ -61,11 +61,14 @@ class Started:
     launched: Launched = field(default_factory=Launched)
     servers: dict[int, Place] = field(default_factory=dict)  # of discovery, by their numbers
     unread: dict[str, None] = field(default_factory=dict)
+    name: str = ""  # of a service
 
     @property
     def key(self) -> str:
-        """The path of the script, and the computer behind it if it is another one."""
-        return f"{self.path} on {self.remote.address}" if self.remote else self.path
+        """The path of the script, with the computer if it is another one, or with the service."""
+        if self.remote:
+            return f"{self.path} on {self.remote.address}"
+        return f"{self.path}: {self.name}" if self.name else self.path
 
 
 def ros_of(script: Script) -> Ros | None:

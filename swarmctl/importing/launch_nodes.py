@@ -12,12 +12,13 @@ from typing import Any, TypeGuard
 
 import yaml
 
+from swarmctl.importing.compose_services import Service, is_compose, is_compose_of_ros_1, services_of
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.fkie_settings import FkieSettings
-from swarmctl.importing.lab_folder import LAUNCH, LabFolder, own_address
+from swarmctl.importing.lab_folder import LAUNCH, YAML, LabFolder, own_address
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.lab_scripts import Evaluate, Ros, Started, ros_of, started_by
-from swarmctl.importing.shell_script import Remote
+from swarmctl.importing.shell_script import Command, Remote, read_script
 from swarmctl.importing.unknown_values import Unknown, is_secret
 from swarmctl.links.link_base import RobotLink
 from swarmctl.plugins import LINK_KINDS
@@ -41,6 +42,8 @@ from swarmctl.ros_packages.package import Package
 from swarmctl.ros_packages.xml_launch import is_of_ros_2
 from swarmctl.swarm.addresses import ip_of, means_self
 from swarmctl.swarm.names import robot_namespace, valid_name
+from swarmctl.yamltext.compose import compose
+from swarmctl.yamltext.files import LoadBudget
 
 
 def program_fields(node: Node) -> dict[str, Value]:
@@ -197,7 +200,8 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> D
     ) -> Launched:
         return evaluate(package, path, given, namespace or "/", packages, limit=limit)
 
-    started = scripts_of(folder, Ros.ONE, one)
+    services = services_in(folder, Ros.ONE, types)
+    started = [*scripts_of(folder, Ros.ONE, one), *(one for _, one in services.values())]
     launched = not_included({**_launched(folder), **{one.key: one.launched for one in started}})
     lab = Lab(types, reasons(launched))
     for machine in (machine for one in launched.values() for machine in one.machines):
@@ -206,10 +210,10 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> D
     for path, node in nodes_in(launched):
         if node.certain and node.package in _MULTIMASTERS:
             lab.fkie.add_hosts(node, launched[path])
-    if not lab.draft.hosts and any(one.nodes or one.includes for one in launched.values()):
-        why = "no file names a computer; write each, and which one starts what"
-        lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "it starts all nodes")
+    if services or any(one.nodes or one.includes for one in launched.values()):
+        lab.add_any_host("it starts all nodes")
     lab.add_nodes(launched)
+    lab.add_services(services)
     lab.add_masters()
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     return lab.draft
@@ -226,11 +230,66 @@ def scripts_of(folder: LabFolder, ros: Ros, evaluate: Evaluate) -> Sequence[Star
     return found
 
 
+def services_in(
+    folder: LabFolder, ros: Ros, types: Mapping[str, AnyRobotType]
+) -> Mapping[str, tuple[Service, Started]]:
+    """Returns the services of Compose files of one ROS, each with what it sets, and the drivers it starts."""
+    found: dict[str, tuple[Service, Started]] = {}
+    drivers = drivers_of(types)
+    for path in folder.candidates():
+        text = folder.texts[path]
+        if not path.endswith(YAML) or not is_compose(compose(text, path, LoadBudget())[0]):
+            continue
+        if (Ros.ONE if is_compose_of_ros_1(text) else Ros.TWO) is not ros:
+            continue
+        services, others = services_of(folder, path)
+        for one in services:
+            here = started_in(path, one)
+            here.unread |= dict.fromkeys(others)
+            here.launched.includes = [
+                two
+                for two in here.launched.includes
+                if (two.package, posixpath.basename(two.file)) in drivers
+            ]
+            found[here.key] = one, here
+    return found
+
+
+def started_in(path: str, service: Service) -> Started:
+    """Returns what the command of a service sets and starts."""
+    script = read_script(path, {path: shlex.join(service.command)})
+    environment = {name: one.value or "" for name, one in service.environment.items() if one.value}
+    steps = [
+        replace(one, place=service.place, environment=environment)
+        if isinstance(one, Command)
+        else replace(one, place=service.place)
+        for one in script.steps
+        if one.remote is None
+    ]
+    nothing = Package("", "", frozenset(), {}, {})
+    made = started_by(path, replace(script, steps=steps), {}, nothing, lambda *_: Launched(), limit=0)
+    here = next(iter(made), Started(path, None, service.place))
+    here.name, here.launched.nodes, here.unread = service.name, [], dict.fromkeys(service.unread)
+    here.launched.files[here.key] = None
+    here.variables = {**service.variables, **here.variables}
+    return here
+
+
 def reasons(launched: Mapping[str, Launched]) -> Mapping[tuple[Place, str], str]:
     """Returns on what the attributes depend that are not known."""
     return {
         (_normal(place), key): why for one in launched.values() for (place, key), why in one.unknown.items()
     }
+
+
+def drivers_of(types: Mapping[str, AnyRobotType]) -> Mapping[tuple[str, str], Mapping[str, RosDriver]]:
+    """Returns the drivers of robot types by package and launch file, then by type."""
+    found: dict[tuple[str, str], dict[str, RosDriver]] = {}
+    for name, kind in types.items():
+        for one in kind.drivers if isinstance(kind, RosRobotType) else ():
+            if one.launch:
+                found.setdefault((one.package, posixpath.basename(one.launch)), {})[name] = one
+    return found
 
 
 class Lab:
@@ -239,11 +298,7 @@ class Lab:
     def __init__(self, types: Mapping[str, AnyRobotType], unknown: Mapping[tuple[Place, str], str]) -> None:
         self.types = with_protocol(types)
         self.ros_types = {name: one for name, one in types.items() if isinstance(one, RosRobotType)}
-        self.drivers: dict[tuple[str, str], dict[str, RosDriver]] = {}  # types by package and launch file
-        for name, kind in self.ros_types.items():
-            for one in kind.drivers:
-                if one.launch:
-                    self.drivers.setdefault((one.package, posixpath.basename(one.launch)), {})[name] = one
+        self.drivers = drivers_of(types)
         self.unknown = Unknown(unknown)
         self.draft = Draft("launch files and scripts")
         self.hosts = LabHosts(self.draft)
@@ -353,6 +408,40 @@ class Lab:
         for path, one in launched.items():
             for include in one.includes:
                 self._add_include(include, path)
+
+    def add_any_host(self, guess: str) -> None:
+        """Adds a host to fill in if no file names one."""
+        if not self.draft.hosts:
+            why = "no file names a computer; write each, and which one starts what"
+            self.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, guess)
+
+    def add_services(self, services: Mapping[str, tuple[Service, Started]]) -> None:
+        """Adds the program of each container but of one whose robot is in the draft."""
+        for key, (service, started) in services.items():
+            if started.launched.includes:
+                why = "the driver of its robot's type runs without one"
+                self.draft.unread.append(f"{service.place}: the container `{service.name}`; {why}")
+                continue
+            host = self._host_of(Node("", "", "", (), service.place, certain=True), key)
+            taken = {*self.draft.programs, *self.draft.robots}
+            name = named(service.name, "container", service.place, taken)
+            why = f"the digest of its image, as `docker images --digests {service.image}` shows it"
+            if not service.image:
+                why = "the ID of its image, which is built here, as `docker images --no-trunc` shows it"
+            fields = {"host": host}
+            if any(is_secret(one.partition("=")[0], one) for one in service.command):
+                service.command = []
+                self.draft.unread.append(f"{service.place}: its command may have a secret")
+            fields["container"] = Value(service.container, service.place, fill_in=why)
+            kept = {}
+            for one in service.environment.values():
+                if why := _why_left_out(one):
+                    self.draft.unread.append(f"{one.place}: {one.name} of `{service.name}` {why}")
+                elif one.name not in service.variables:
+                    kept[one.name] = escaped(one.value or "")
+            if kept:
+                fields["environment"] = Value(kept, service.place)
+            self.draft.programs[name.value] = Entry(name, fields)
 
     def add_masters(self) -> None:
         """Adds the master of each machine: roslaunch starts all nodes with one."""

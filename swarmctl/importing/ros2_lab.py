@@ -8,15 +8,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from swarmctl.importing.dds_profiles import Setting, rmw_of, settings_of
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.importing.lab_folder import LAUNCH, PYTHON, YAML, LabFolder
-from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of
+from swarmctl.importing.lab_hosts import LabHosts, address_of
 from swarmctl.importing.lab_scripts import OF_ROS_1, Ros, Started
 from swarmctl.importing.launch_nodes import (
     Lab,
     not_included,
     reasons,
     scripts_of,
+    services_in,
     unread,
     whole_folder,
 )
@@ -35,11 +37,14 @@ _READERS: Mapping[str, Reader] = {
     ".xml": xml_launch.read_xml,
     **dict.fromkeys((".yaml", ".yml"), xml_launch.read_yaml),
 }
-_SOURCED = re.compile(r"/opt/ros/(humble|jazzy|kilted|lyrical|rolling|iron|foxy|galactic)/")
+_SOURCED = re.compile(
+    r"(?:/opt/ros/|^\s*image:.*[:/_-])(humble|jazzy|kilted|lyrical|rolling|iron|foxy|galactic)\b"
+)
 DISTROS = ("humble", "jazzy", "kilted", "lyrical")
 NEWEST_LTS = "jazzy"
 RMW = {"rmw_fastrtps_cpp": "fastrtps", "rmw_cyclonedds_cpp": "cyclonedds", "rmw_zenoh_cpp": "zenoh"}
 _SERVER_PORT = 11811
+_FILE_VARIABLES = ("CYCLONEDDS_URI", "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 LARGEST_DOMAIN = 101
 _SERVER = re.compile(r"(?:UDPv4:)?\[?([\w.-]+)\]?(?::(\d+))?")
 
@@ -62,22 +67,23 @@ def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Dr
     ) -> Launched:
         return evaluate(package, path, packages, _READERS, limit=limit, arguments=given, namespace=namespace)
 
-    started = scripts_of(folder, Ros.TWO, one)
+    services = services_in(folder, Ros.TWO, types)
+    started = [*scripts_of(folder, Ros.TWO, one), *(one for _, one in services.values())]
     launched = not_included({**_launched(folder), **{one.key: one.launched for one in started}})
     lab = Lab(types, reasons(launched))
     lab.draft.source = "launch files and scripts of ROS 2"
     lab.add_scripts(started)
     variables = dict(_variables(started, lab.draft.unread))
     ros = _Ros(lab.draft, lab.hosts, variables)
+    ros.add_profiles(folder)
     ros.add_servers(started, lab.started_on)
     ros.add_peers()
-    if not lab.draft.hosts and any(one.nodes or one.includes for one in launched.values()):
-        why = "no file names a computer; write each, and which one starts what"
-        lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "it starts all nodes")
-    elif not lab.draft.hosts and variables:
-        why = "no file names a computer; write each"
-        lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "the script is for it")
+    if services or any(one.nodes or one.includes for one in launched.values()):
+        lab.add_any_host("it starts all nodes")
+    elif variables or _profiles(folder):
+        lab.add_any_host("the files are for it")
     lab.add_nodes(launched)
+    lab.add_services(services)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     if lab.draft.hosts:
         lab.draft.first = {**mode_of(lab.draft), "ros": ros.value(_distro(folder))}
@@ -121,6 +127,10 @@ def _variables(started: Sequence[Started], unread: list[str]) -> Iterator[tuple[
     yield from found.items()
 
 
+def _profiles(folder: LabFolder) -> Sequence[str]:
+    return [path for path in folder.candidates() if path.endswith(".xml") and rmw_of(folder.texts[path])]
+
+
 def _distro(folder: LabFolder) -> Value:
     """The distribution whose setup a file sources; a guess if none does."""
     for path, text in folder.texts.items():
@@ -138,9 +148,34 @@ class _Ros:
     """The key `ros` of a draft, from the variables of scripts."""
 
     def __init__(self, draft: Draft, hosts: LabHosts, variables: Mapping[str, Value]) -> None:
-        self._draft, self._hosts, self._variables = draft, hosts, variables
+        self._draft, self._hosts, self._variables = draft, hosts, dict(variables)
         self._servers: list[str] = []
         self._peers: list[str] = []
+        self._files: dict[str, str] = {}  # of DDS, each with its rmw
+
+    def add_profiles(self, folder: LabFolder) -> None:
+        """Adds what files of Cyclone DDS and Fast DDS set, and what a variable has instead of a file."""
+        texts = {path: folder.texts[path] for path in _profiles(folder)}
+        inline = self._variables.get("CYCLONEDDS_URI", Value(""))
+        if str(inline.value).lstrip().startswith("<"):
+            texts[str(inline.place)] = str(self._variables.pop("CYCLONEDDS_URI").value)
+        for path, text in texts.items():
+            self._files[path] = rmw_of(text)
+            for one in settings_of(path, text):
+                self._add_setting(one)
+
+    def _add_setting(self, one: Setting) -> None:
+        names = {"domain": "ROS_DOMAIN_ID", "peer": "ROS_STATIC_PEERS", "server": "ROS_DISCOVERY_SERVER"}
+        before = self._variables.get(names.get(one.role, ""))
+        given = Value(one.value, one.place)
+        if one.role in ("peer", "server"):
+            many = f"{before.value};{one.value}" if before else one.value
+            is_new = before is None or one.value not in str(before.value)
+            given = replace(before or given, value=many if is_new or before is None else before.value)
+        if one.role and (one.role != "domain" or before is None):
+            self._variables[names[one.role]] = given
+        elif before is None or before.value != one.value:
+            self._draft.unread.append(f"{one.place}: {one.path} = {one.value[:60]} has no key in a spec")
 
     def add_servers(self, started: Sequence[Started], hosts: Mapping[str, Value]) -> None:
         """Adds the hosts of discovery servers, in the order of their numbers; ``hosts`` start some."""
@@ -199,6 +234,10 @@ class _Ros:
                 name == "ROS_STATIC_PEERS" and self._peers
             ):
                 pass  # see below
+            elif name in _FILE_VARIABLES and any(
+                text.endswith(posixpath.basename(path)) for path in self._files
+            ):
+                pass  # its settings are read
             elif name == "ROS_AUTOMATIC_DISCOVERY_RANGE" and text in ("LOCALHOST", "SUBNET"):
                 ros["discovery"] = "local" if text == "LOCALHOST" else "multicast"
             elif name == "ROS_LOCALHOST_ONLY" and text in ("0", "1"):
@@ -218,4 +257,6 @@ class _Ros:
             del ros["discovery"]
         if self._peers and not self._servers and ros.get("rmw") != "zenoh":
             ros["discovery"] = "peers"
+        if "cyclonedds" in self._files.values() and "rmw" not in ros:
+            left.append("rmw: a file of Cyclone DDS is here, and nothing sets RMW_IMPLEMENTATION")
         return replace(distro, value=ros, place=place)

@@ -1,0 +1,103 @@
+"""Docker Compose files: a container for each service, and the variables of ROS that they set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.importing.drafts import data, draft, lab
+
+FILE = """\
+x-common: &common
+  network_mode: host
+  restart: unless-stopped
+  env_file: .env.dds
+services:
+  driver:
+    <<: *common
+    image: my/driver:humble
+    privileged: true
+    devices: [/dev/ttyUSB0:/dev/ttyUSB0, "/dev/video0:/dev/camera"]
+    volumes:
+      - /home/robot/maps:/maps:ro
+      - ./params:/params
+    environment:
+      - SPEED=${SPEED:-0.2}
+      - PORT=${PORT:?none}
+      - TOKEN=hunter2
+      - USER
+    command: ros2 launch my_driver robot.launch.py robot_namespace:=${NAME}
+  camera:
+    build: camera
+    environment: {RATE: 30}
+    entrypoint: [bash, -c]
+    command: ["ros2 run camera node"]
+    cap_add: [SYS_NICE]
+    runtime: nvidia
+volumes: {data: {}}
+"""
+ENV = "NAME=panther\nRMW_IMPLEMENTATION=rmw_cyclonedds_cpp\n"
+
+
+def test_each_service_is_a_container(tmp_path: Path) -> None:
+    files = {"docker-compose.yml": FILE, ".env": ENV, ".env.dds": "ROS_DOMAIN_ID=30\nLOG='a b'\n"}
+    made = draft(lab(tmp_path, files))
+    found = data(made)
+    assert found["ros"] == {"distro": "humble", "domain": 30, "rmw": "cyclonedds"}
+    assert found["programs"] == {
+        "driver": {"host": "robot-pc", "environment": {"LOG": "a b", "SPEED": "0.2"}},
+        "camera": {"host": "robot-pc", "environment": {"RATE": "30"}},
+    }
+    for line in (
+        '    # container: {image: "my/driver:humble@sha256:...", command: [ros2, launch, my_driver, robot',
+        '.launch.py, "robot_namespace:=panther"], devices: [/dev/ttyUSB0, /dev/video0], volumes: [',
+        '"/home/robot/maps:/maps:ro"], privileged: true}  # fill in: the digest of its image, as `docker',
+        '# container: {image: "camera@sha256:...", command: [bash, "-c", ros2 run camera node]}  # fill in: ',
+        "#   docker-compose.yml:10: the device /dev/video0 is /dev/camera in the container",
+        "#   docker-compose.yml:13: the volume ./params:/params of `driver` is no folder of the host",
+        "#   docker-compose.yml:15: ${SPEED:-0.2} of `driver`; its default is taken",
+        "#   docker-compose.yml:16: a value of `driver` depends on the variable ${PORT:?none}",
+        "#   docker-compose.yml:17: TOKEN of `driver` may be a secret",
+        "#   docker-compose.yml:18: USER of `driver` has no value here",
+        "#   docker-compose.yml:21: build (camera) of the container `camera` has no key in a spec",
+        "#   docker-compose.yml:25: cap_add of the container `camera` has no key in a spec",
+        "#   docker-compose.yml:26: runtime (nvidia) of the container `camera` has no key in a spec",
+        "#   docker-compose.yml:27: a spec has no key for the volumes of a Compose file",
+    ):
+        assert line in made.text
+    assert "hunter2" not in made.text
+
+
+def test_one_file_is_read_with_its_variables(tmp_path: Path) -> None:
+    folder = lab(tmp_path, {"compose.yaml": FILE, ".env.dds": ENV, "other.launch": "<launch/>"})
+    assert data(draft(folder / "compose.yaml"))["ros"]["rmw"] == "cyclonedds"
+
+
+def test_a_container_with_the_driver_of_a_type_is_its_robot(tmp_path: Path) -> None:
+    text = """\
+services:
+  robot:
+    image: ros:jazzy
+    environment: [TURTLEBOT3_MODEL=burger]
+    command: bash -c "source /ws/setup.bash && ros2 launch turtlebot3_bringup robot.launch.py namespace:=tb_1"
+"""
+    made = draft(lab(tmp_path, {"compose.yaml": text}))
+    found = data(made)
+    assert (found["ros"]["distro"], found["robots"]["tb-1"]["type"]) == ("jazzy", "turtlebot3-burger")
+    assert "programs" not in found
+    assert (
+        "#   compose.yaml:2: the container `robot`; the driver of its robot's type runs without one"
+        in made.text
+    )
+
+
+def test_containers_of_ros_1_are_a_draft_of_ros_1(tmp_path: Path) -> None:
+    text = """\
+services:
+  camera:
+    image: ros:noetic
+    environment: {ROS_MASTER_URI: "http://10.0.0.5:11311", ROS_IP: 10.0.0.7}
+    command: roslaunch camera all.launch
+"""
+    found = data(draft(lab(tmp_path, {"compose.yaml": text})))
+    assert [one["address"] for one in found["hosts"].values()] == ["10.0.0.7", "10.0.0.5"]
+    assert list(found["programs"]) == ["camera"]
