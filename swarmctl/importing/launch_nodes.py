@@ -81,15 +81,29 @@ def _why_left_out(one: Setting) -> str:
 
 def _words(node: Node) -> Sequence[str] | None:
     """The words of a node's `args`, as roslaunch splits them; None if they are not known, or not shown."""
+    if node.arguments is None:
+        return None
+    found: list[str] = []  # substitutions, of which each is whole
+
+    def mark(match: re.Match[str]) -> str:
+        found.append(match[0])
+        return f"\0{len(found) - 1}\0"
+
     try:
-        words = None if node.arguments is None else shlex.split(node.arguments)
+        words = shlex.split(_SUBSTITUTION.sub(mark, node.arguments.replace("\0", "")))
     except ValueError:
         return None
-    for word in words or ():
+    words = [_MARK.sub(lambda one: found[int(one[1])], word) for word in words]
+    for word in words:
         name, _, value = word.partition("=")
         if is_secret(name, word) or is_secret(name, value):
             return None
     return words
+
+
+_QUOTED = re.compile(r"[`\"]([^`\"]*)[`\"]")
+_SUBSTITUTION = re.compile(r"\$\((?:find|find-pkg-share|find-pkg-prefix|dirname)\b[^()]*\)")
+_MARK = re.compile(r"\0(\d+)\0")
 
 
 def _typed(one: Setting) -> Any:
@@ -215,6 +229,7 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> D
     lab.add_nodes(launched)
     lab.add_services(services)
     lab.add_masters()
+    lab.add_parameters(launched)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     return lab.draft
 
@@ -443,6 +458,26 @@ class Lab:
                 fields["environment"] = Value(kept, service.place)
             self.draft.programs[name.value] = Entry(name, fields)
 
+    def add_parameters(self, launched: Mapping[str, Launched]) -> None:
+        """Adds whether nodes take the time from `/clock`, and lists parameters of no node."""
+        for one in launched.values():
+            of_nodes = {(two.place, two.name) for node in one.nodes for two in node.parameters}
+            texts = {two.place for node in one.nodes for two in node.rosparams}
+            for two in one.parameters:
+                place = _normal(two.place)
+                if (two.place, two.name) in of_nodes:
+                    continue
+                if two.name.strip("/") == "use_sim_time" and (two.value or "").lower() in ("true", "1"):
+                    self.draft.last["ros"] = Value({"use_sim_time": True}, place)
+                elif not self.unknown.has(place, "value", two.name):
+                    why = f"({two.value}) is of no node; write it as `params` of those that read it"
+                    self.draft.unread.append(f"{place}: {two.name} {_why_left_out(two) or why}")
+            for text in one.rosparams:
+                if text.place not in texts:
+                    shown = f" {text.name}" if text.name else ""
+                    why = "is of no node; write it as `params` of those that read it"
+                    self.draft.unread.append(f"{_normal(text.place)}: rosparam{shown} {why}")
+
     def add_masters(self) -> None:
         """Adds the master of each machine: roslaunch starts all nodes with one."""
         if self.hub:
@@ -648,7 +683,8 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"
         for place, why in one.left_out:
-            shown = "what it runs may have a secret" if is_secret(why, why) and "`" in why else why
+            is_hidden = any(is_secret(one, one) for one in _QUOTED.findall(why))
+            shown = "what it runs may have a secret" if is_hidden else why
             yield f"{_normal(place)}: {shown}"
         unfound = (place for place in one.unfound if (place, "file") not in one.unknown)
         yield from (f"{_normal(place)}: the included file is not here" for place in unfound)

@@ -193,6 +193,7 @@ class _Run:
                 within = replace(scope, certain=False, condition=scope.condition or why)
                 self.launched.unknown.setdefault((self.place(scope, action.line), "if"), within.condition)
             elif applies is not action.condition.wanted:
+                self.not_read(scope, action.line, "it is not started: its condition is not true")
                 return
         self.kinds[action.kind](within, action)
         if within is not scope and action.kind in ("namespace", "remap"):

@@ -149,6 +149,14 @@ _ARGUMENT = re.compile(r"\$\(([^()$]{0,200})\)")
 FIND = re.compile(r"\$\(find [A-Za-z0-9_-]+\)", re.ASCII)
 _LATER = {"env", "optenv", "anon"}  # known on the host only
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
+_OF_NODES = {
+    "respawn": "has no key in a spec: systemd restarts programs",
+    "respawn_delay": "has no key in a spec",
+    "required": "has no key in a spec: the other programs run on",
+    "launch-prefix": "has no key in a spec; write `command`",
+    "cwd": "has no key in a spec",
+    "clear_params": "has no key in a spec",
+}
 _WORDS = {"true": True, "1": True, "false": False, "0": False}
 
 Arguments = Mapping[str, str | None]  # None: declared, with a value that is not known here
@@ -238,6 +246,7 @@ class _Scope:
     arguments: dict[str, str | None]
     declared: set[str]
     remaps: tuple[tuple[str, str], ...] = ()
+    environment: tuple[Setting, ...] = ()
     certain: bool = True
     condition: str = ""  # the substitution for which it is not certain
     passes_all: bool = False
@@ -277,6 +286,7 @@ class _Run:
         self.packages = packages
         self.launched = Launched()
         self.left = limit
+        self.has_output = False  # an attribute of a node
         self.reasons: dict[str, str] = {}  # the substitutions on which arguments depend
         self.elements: Mapping[str, Callable[[_Scope, Tag], None]] = {
             "arg": self.argument,
@@ -294,6 +304,9 @@ class _Run:
     def fault(self, scope: _Scope, tag: Tag, kind: Refusal, subject: str, text: str = "") -> None:
         if scope.certain:
             self.launched.faults.append(Fault(kind, subject, self.place(scope, tag), text))
+
+    def left_out(self, scope: _Scope, tag: Tag, why: str) -> None:
+        self.launched.left_out.append((self.place(scope, tag), why))
 
     @staticmethod
     def place(scope: _Scope, tag: Tag) -> Place:
@@ -344,9 +357,13 @@ class _Run:
         try:
             applies = self.applies(scope, tag)
             missing = [key for key in _KEYS[tag.name] if key not in tag.attributes]
+            if applies is False:
+                self.left_out(scope, tag, "it is not started: its condition is not true")
             if applies is not False and missing:
                 self.fault(scope, tag, Refusal.BROKEN, tag.name, f"<{tag.name}> has no `{missing[0]}`")
-            elif applies is not False and tag.name in self.elements:
+            elif applies is not False and tag.name not in self.elements:
+                self.left_out(scope, tag, f"a <{tag.name}> has no counterpart in a spec")
+            elif applies is not False:
                 inner = scope if applies else self.unsure(scope, tag)
                 if inner.condition and tag.name not in {"arg", "group", "include"}:
                     self.launched.unknown.setdefault((self.place(scope, tag), "if"), inner.condition)
@@ -450,11 +467,18 @@ class _Run:
                 self.child(inner, child)
         if package is not None and scope.certain:
             found.packages.setdefault(package, self.place(scope, tag))
+        for key, why in _OF_NODES.items():
+            if tag.attributes.get(key, "false") not in ("false", "0"):
+                self.left_out(scope, tag, f'{key}="{tag.attributes[key]}" {why}')
+        if "output" in tag.attributes and not self.has_output:
+            self.has_output = True
+            why = "the journal of a host has what its programs print"
+            self.left_out(scope, tag, f"output of this node and of others: {why}")
         full = _joined(inner.namespace, name)
         node = Node(
             full, package, kind, inner.remaps, self.place(scope, tag), scope.certain,
             self.optional(scope, tag, "machine"), self.optional(scope, tag, "args"),
-            tuple(found.parameters[first:]), tuple(found.environment[first_variable:]),
+            tuple(found.parameters[first:]), (*scope.environment, *found.environment[first_variable:]),
             tuple(found.rosparams[first_file:]),
         )  # fmt: skip
         found.nodes.append(node)
@@ -478,12 +502,16 @@ class _Run:
                 place, namespace = self.place(scope, tag), self.namespace(scope, tag)
                 if scope.condition:
                     self.launched.unknown.setdefault((place, "if"), scope.condition)
-                one = Include(match[1], posixpath.normpath(match[2]), namespace, given, place, scope.certain)
+                one = Include(
+                    match[1], posixpath.normpath(match[2]), namespace, given, place, scope.certain,
+                    passing.environment,
+                )  # fmt: skip
                 self.launched.includes.append(one)
             return
         inner = _Scope(
             package, path, self.namespace(scope, tag), {**(scope.arguments if passes_all else {}), **given},
-            set(), scope.remaps, scope.certain, scope.condition, passes_all, (*scope.chain, path),
+            set(), scope.remaps, passing.environment, scope.certain, scope.condition, passes_all,
+            (*scope.chain, path),
         )  # fmt: skip
         certain = {name: value for name, value in given.items() if name not in passing.perhaps}
         self.file(inner, certain, self.place(scope, tag))
@@ -538,7 +566,9 @@ class _Run:
     def environment(self, scope: _Scope, tag: Tag) -> None:
         name, value = self.value(scope, tag, "name"), self.value(scope, tag, "value")
         if name is not None and scope.certain:
-            self.launched.environment.append(Setting(name, value, self.place(scope, tag)))
+            one = Setting(name, value, self.place(scope, tag))
+            self.launched.environment.append(one)
+            scope.environment = (*scope.environment, one)
 
     def machine(self, scope: _Scope, tag: Tag) -> None:
         name, address, user, port, default = (
@@ -548,10 +578,14 @@ class _Run:
             name, address, user, port, self.place(scope, tag),
             is_default=default == "true", has_password="password" in tag.attributes, certain=scope.certain,
         )  # fmt: skip
+        for key in ("env-loader", "timeout", "ros-root", "ros-package-path", "ros-ip", "ros-host-name"):
+            if key in tag.attributes:
+                self.left_out(scope, tag, f'{key}="{tag.attributes[key]}" has no key in a spec')
         self.launched.machines.append(found)
 
     def master(self, scope: _Scope, tag: Tag) -> None:
         self.launched.masters.append(self.place(scope, tag))
+        self.left_out(scope, tag, "a <master> has no counterpart in a spec")
 
 
 def _joined(namespace: str | None, name: str | None) -> str | None:

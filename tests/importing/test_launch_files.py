@@ -328,3 +328,40 @@ def test_what_a_spec_refuses_is_shown_and_to_fill_in(tmp_path: Path) -> None:
     files = {"a.launch": '<launch><machine name="a" address="a" user="no name!"/></launch>'}
     line = next(one for one in draft(lab(tmp_path, files)).text.split("\n") if "no name!" in one)
     assert "from a.launch:1; fill in: " in line
+
+
+GLOBALS = """\
+<launch>
+  <param name="/use_sim_time" value="true"/>
+  <rosparam param="waypoints">[[0,0],[1,1]]</rosparam>
+  <env name="LOG" value="1"/>
+  <group ns="r0">
+    <param name="speed_limit" value="0.2"/>
+    <node pkg="p" type="t" name="n" respawn="true" launch-prefix="nice -n -5" required="true" output="screen"
+      args="-d $(find my_lab)/launch/lab.rviz 'a b'"/>
+    <node pkg="p" type="t" name="m" if="false"/>
+  </group>
+  <test pkg="p" type="t" test-name="x"/>
+  <master auto="start"/>
+</launch>
+"""
+
+
+def test_what_a_spec_has_no_key_for_is_not_read_by_its_line(tmp_path: Path) -> None:
+    made = draft(lab(tmp_path, {"a.launch": GLOBALS}))
+    found = data(made)
+    assert found["ros"] == {"use_sim_time": True}
+    assert found["programs"]["n"]["args"] == ["-d", "$(find my_lab)/launch/lab.rviz", "a b"]
+    assert found["programs"]["n"]["environment"] == {"LOG": "1"}
+    for line in (
+        "3: rosparam /waypoints is of no node; write it as `params` of those that read it",
+        "6: speed_limit (0.2) is of no node; write it as `params` of those that read it",
+        '7: respawn="true" has no key in a spec: systemd restarts programs',
+        '7: required="true" has no key in a spec: the other programs run on',
+        '7: launch-prefix="nice -n -5" has no key in a spec; write `command`',
+        "7: output of this node and of others: the journal of a host has what its programs print",
+        "9: it is not started: its condition is not true",
+        "11: a <test> has no counterpart in a spec",
+        "12: a <master> has no counterpart in a spec",
+    ):
+        assert f"#   a.launch:{line}\n" in made.text
