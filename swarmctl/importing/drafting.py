@@ -15,6 +15,7 @@ from swarmctl.importing.ansible_hosts import (
     is_yaml_inventory,
 )
 from swarmctl.importing.clearpath_robot import draft_from_clearpath, is_clearpath
+from swarmctl.importing.crazyflies import is_crazyflies
 from swarmctl.importing.draft import Draft, lines_of, summary, text_of_lines, with_errors
 from swarmctl.importing.lab_folder import (
     LAUNCH,
@@ -48,7 +49,7 @@ class Kind(str, Enum):
 
 _WHAT = {
     Kind.LAUNCH: "launch files or scripts that set ROS_MASTER_URI, ROS_IP or ROS_HOSTNAME",
-    Kind.ROS_2: "launch files of ROS 2, or scripts that set its variables",
+    Kind.ROS_2: "launch files of ROS 2, scripts that set its variables, or a crazyflies.yaml",
     Kind.ANSIBLE: "an Ansible inventory",
     Kind.CLEARPATH: "a Clearpath robot.yaml",
 }
@@ -144,6 +145,8 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
         if problem is not None:  # its message might show a secret
             line = problem.span.line if problem.span else 0
             folder.unread.append(f"{Place(path, line)}: it is not valid YAML")
+        if is_crazyflies(root):
+            return Kind.ROS_2
         return Kind.CLEARPATH if is_clearpath(root) else Kind.ANSIBLE if is_yaml_inventory(root) else None
     if is_env_file(text):
         return Kind.LAUNCH

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from swarmctl.importing.crazyflies import add_all_crazyflies
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.importing.lab_folder import LAUNCH, OF_ROS_2, PYTHON, YAML, LabFolder, env_of, is_env_file
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts
@@ -69,6 +70,7 @@ def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Dr
         why = "no file names a computer; write each"
         lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "the script is for it")
     lab.add_nodes(launched)
+    add_all_crazyflies(lab.draft, lab.hosts, folder)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     if lab.draft.hosts:
         lab.draft.first = {**mode_of(lab.draft), "ros": ros.value(_distro(folder))}
