@@ -19,7 +19,7 @@ import yaml
 
 from swarmctl.importing.draft import Draft, Entry, Value
 from swarmctl.importing.lab_folder import SCRIPTS, VARIABLES, LabFolder
-from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
+from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, add_islands, address_of, number
 from swarmctl.importing.launch_nodes import type_of_group, unknown_line
 from swarmctl.importing.ros2_lab import DISTROS, LARGEST_DOMAIN, NEWEST_LTS, RMW, mode_of
 from swarmctl.importing.unknown_values import is_secret
@@ -251,26 +251,7 @@ def _add_ros(draft: Draft, hosts: Mapping[str, Variables], place: Place) -> None
         guess = "" if "distro" in ros else "nothing names the distribution"
         draft.first = {**mode_of(draft), "ros": Value({"distro": NEWEST_LTS, **ros}, place, guess)}
     if len(domains) > 1:
-        _add_islands(draft, domains, place)
-
-
-def _add_islands(draft: Draft, domains: Mapping[int, Sequence[str]], place: Place) -> None:
-    """Adds an island for the hosts of each domain, in the order of their numbers."""
-    draft.first.pop("hub", None)
-    draft.first["mode"] = Value("combined", place, f"hosts have {len(domains)} domains")
-    ordered = sorted(domains)
-    islands = {
-        f"domain-{one}": {"mode": "central", "hub": domains[one][0], "hosts": [*domains[one]]}
-        for one in ordered
-    }
-    draft.last["islands"] = Value(islands, place, "the hosts of a domain are an island")
-    for there, one in enumerate(ordered, ordered[0]):
-        if one != there:
-            here = f"a spec numbers the islands on from the first one, so it is {there} there"
-            draft.unread.append(f"{place}: the domain {one}; {here}")
-    for key in draft.hosts:
-        if not any(key in members for members in domains.values()):
-            draft.unread.append(f"{place}: host `{key}` has no ros_domain_id, and is in no island")
+        add_islands(draft, domains, dict.fromkeys(domains, Value("", place)))
 
 
 def _first(variables: Variables, names: Collection[str]) -> str:

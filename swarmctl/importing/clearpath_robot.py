@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
 
 import yaml
 
+from swarmctl.importing.clearpath_ros import ClearpathFile, add_ros
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.lab_folder import LabFolder
 from swarmctl.importing.lab_hosts import LabHosts
 from swarmctl.importing.launch_nodes import unknown_line
-from swarmctl.ros_packages.launch_files import Place
+from swarmctl.importing.yaml_values import Keys, YamlValues, child_of
+from swarmctl.swarm.names import robot_namespace
 from swarmctl.yamltext.compose import compose, pairs_of
 from swarmctl.yamltext.files import LoadBudget
 
 _HOST_GROUPS = ("platform", "onboard", "remote")  # in files before ROS 2 Jazzy
-_HUMBLE, _JAZZY = "humble", "jazzy"
 _LEFT_OUT = ("platform", "sensors", "links", "mounts", "accessories", "manipulators")
+_REASONS = {
+    "system.ros2.workspaces": "a spec has `workspaces` for each host, by their folders",
+    "system.ros2.middleware.override_server_id": "a server has the number of its place in `servers`",
+    "system.ros2.middleware.servers": "a spec has only the hosts of servers, with `discovery: server`",
+    "system.ros2.username": "the draft has that of `system`",
+    "system.domain_id": "the draft has that of `ros2`",
+}
 
 
 def is_clearpath(root: yaml.Node | None) -> bool:
@@ -31,88 +38,98 @@ def draft_from_clearpath(folder: LabFolder, paths: Sequence[str], types: Collect
     draft = Draft(f"the Clearpath file{'s' if paths[1:] else ''} {', '.join(paths)}")
     hosts = LabHosts(draft)
     known: dict[tuple[str, str], str] = {}  # hosts by their names and addresses there
+    files: list[ClearpathFile] = []
     for path in paths:
         root, _ = compose(folder.texts[path], path, LoadBudget())
-        system = _child(root, "system")
-        ros = _child(system, "ros2")
-        user = _scalar(path, system, "username") or _scalar(path, ros, "username")
-        found: list[Value] = []
-        for name, address in _hosts(path, _child(system, "hosts")):
-            one = (str(name.value), str(address.value))
-            if one not in known:
-                fields = {"address": address, **({"user": user} if user else {})}
-                known[one] = hosts.new(one[0], name.place, fields)
-            found.append(Value(known[one], name.place))
-        serial = _scalar(path, root, "serial_number")
-        if found and (called := _scalar(path, ros, "namespace") or serial):
-            _add_robot(draft, called, serial, found[0], types)
-        _add_ros(draft, path, system, found)
-        draft.unread += _unread(path, root)
+        values = YamlValues(path, root)
+        file = ClearpathFile(values, child_of(root, "system"))
+        _add_hosts(file, hosts, known)
+        if not file.hosts:
+            place = values.place(pairs_of(root)["system"][0])
+            draft.unread.append(f"{place}: it names no host, so nothing of this file is in the draft")
+            continue
+        files.append(file)
+        _add_robot(draft, file, types)
+    add_ros(draft, hosts, files)
+    for file in files:
+        draft.unread += file.values.left(_is_section, _why_left)
     return draft
 
 
-def _add_ros(draft: Draft, path: str, system: yaml.Node | None, hosts: Sequence[Value]) -> None:
-    """The first file decides: all hosts of a swarm have one distribution and one domain."""
-    at, group = pairs_of(system).get("hosts", (None, None))
-    if at is None or not hosts or draft.first:
+def _is_section(keys: Keys) -> bool:
+    return len(keys) == 1 and keys[0] in _LEFT_OUT
+
+
+def _why_left(keys: Keys) -> str:
+    above = (".".join(keys[:count]) for count in range(1, len(keys) + 1))
+    return next((_REASONS[one] for one in above if one in _REASONS), "")
+
+
+def _add_hosts(file: ClearpathFile, hosts: LabHosts, known: dict[tuple[str, str], str]) -> None:
+    """Adds the hosts of a file; one that has the name and the address of another file's is the same."""
+    values = file.values
+    written = list(_hosts(values, child_of(file.system, "hosts")))
+    if not written:
         return
-    distro = _JAZZY if isinstance(group, yaml.SequenceNode) else _HUMBLE
-    ros: dict[str, object] = {"distro": distro}
-    domain = _scalar(path, system, "domain_id") or _scalar(path, _child(system, "ros2"), "domain_id")
-    if domain is not None and str(domain.value).isdecimal():
-        ros["domain"] = int(domain.value)
-    why = f"its hosts are written as files of {distro.title()} have them"
-    draft.first = {
-        "mode": Value("central", guess="nodes of ROS 2 share a graph, and each robot has its own mind"),
-        "hub": replace(hosts[0], guess="it is the first host"),
-        "ros": Value(ros, Place(path, at.start_mark.line + 1), why),
-    }
+    user = values.take(file.system, "username") or values.take(file.ros, "username")
+    for name, address in written:
+        one = (str(name.value), str(address.value))
+        if one not in known:
+            fields = {"address": address, **({"user": user} if user else {})}
+            known[one] = hosts.new(one[0], name.place, fields)
+        elif user:
+            _add_user(hosts.draft, known[one], user)
+        if any(host.value == known[one] for host in file.hosts):
+            places = dict.fromkeys((name.place, address.place))
+            hosts.draft.unread += [f"{at}: this file has host `{known[one]}` before" for at in places]
+            continue
+        file.hosts.append(Value(known[one], name.place))
+        file.names.setdefault(one[0], known[one])
+        file.names.setdefault(one[1], known[one])
 
 
-def _add_robot(
-    draft: Draft, called: Value, serial: Value | None, host: Value, types: Collection[str]
-) -> None:
+def _add_user(draft: Draft, host: str, user: Value) -> None:
+    """Adds the user of a host that another file names too; one that differs is listed."""
+    old = draft.hosts[host].fields.setdefault("user", user)
+    if old.value != user.value:
+        why = f"{old.place} has another one, which the draft has"
+        draft.unread.append(f"{user.place}: username of host `{host}`; {why}")
+
+
+def _add_robot(draft: Draft, file: ClearpathFile, types: Collection[str]) -> None:
+    serial = file.values.take(file.values.root, "serial_number")
+    namespace = file.values.take(file.ros, "namespace")
+    called = namespace or serial
+    if called is None:
+        why = "it has neither namespace nor serial_number, so its robot is not in the draft"
+        draft.unread.append(f"{file.hosts[0].place}: {why}")
+        return
     name = named(str(called.value), "robot", called.place, draft.robots)
     model = str(serial.value).partition("-")[0] if serial else "this robot"
     kind = Value(f"clearpath-{model}", serial.place if serial else None, "its serial number begins so")
+    host = file.hosts[0]
     if kind.value not in types:
         why = f"swarmctl has no type for {model}; `swarmctl driver new` writes one of your own"
-        kind = Value("my-robot", fill_in=why)
+        kind = Value("my-robot", fill_in=f"{why} ({serial.place})" if serial else why)
         draft.lines.append(unknown_line(name.value, host.value, None, "its line, if it has one"))
     guess = "the first host of a robot.yaml is the robot's own computer"
     if others := [one for one, robot in draft.robots.items() if robot.fields["host"].value == host.value]:
         guess += f", and {', '.join(others)} names the same one"
-    on = Value(host.value, host.place, guess)
-    draft.robots[name.value] = Entry(name, {"type": kind, "host": on})
+    fields = {"type": kind, "host": Value(host.value, host.place, guess)}
+    own = str(namespace.value).strip("/") if namespace else ""
+    if namespace and own and robot_namespace(name.value, None) != f"/{own}":
+        fields["namespace"] = Value(own, namespace.place)
+    draft.robots[name.value] = Entry(name, fields)
 
 
-def _hosts(path: str, hosts: yaml.Node | None) -> Iterator[tuple[Value, Value]]:
+def _hosts(values: YamlValues, hosts: yaml.Node | None) -> Iterator[tuple[Value, Value]]:
     """The names and addresses of hosts: a list since ROS 2 Jazzy, by group before."""
     for item in hosts.value if isinstance(hosts, yaml.SequenceNode) else ():
-        name = _scalar(path, item, "hostname")
+        name = values.take(item, "hostname")
         if name is not None:
-            yield name, _scalar(path, item, "ip") or Value("", name.place)
-    for group in (_child(hosts, one) for one in _HOST_GROUPS):
-        for called, (key, _) in reversed(pairs_of(group).items()):
-            place = Place(path, key.start_mark.line + 1)
-            yield Value(called, place), _scalar(path, group, called) or Value("", place)
-
-
-def _unread(path: str, root: yaml.Node | None) -> Iterator[str]:
-    for key, (node, value) in reversed((pairs_of(root) | pairs_of(_child(root, "system"))).items()):
-        place = Place(path, node.start_mark.line + 1)
-        if key == "ros2":
-            yield f"{place}: of `ros2` only namespace, username and domain are kept"
-        elif key in _LEFT_OUT and value.value:
-            yield f"{place}: a spec has no key for {key}"
-
-
-def _child(node: yaml.Node | None, key: str) -> yaml.Node | None:
-    return pairs_of(node).get(key, (None, None))[1]
-
-
-def _scalar(path: str, node: yaml.Node | None, key: str) -> Value | None:
-    at, value = pairs_of(node).get(key, (None, None))
-    if at is None or not isinstance(value, yaml.ScalarNode) or not value.value:
-        return None
-    return Value(value.value, Place(path, at.start_mark.line + 1))
+            yield name, values.take(item, "ip") or Value("", name.place)
+    for group in (child_of(hosts, one) for one in _HOST_GROUPS):
+        for called, (key, value) in reversed(pairs_of(group).items()):
+            if called and isinstance(value, yaml.ScalarNode):
+                place = values.place(key)
+                yield Value(called, place), values.take(group, called) or Value("", place)

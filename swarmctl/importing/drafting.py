@@ -16,6 +16,7 @@ from swarmctl.importing.ansible_hosts import (
 )
 from swarmctl.importing.clearpath_robot import draft_from_clearpath, is_clearpath
 from swarmctl.importing.compose_services import is_compose, is_compose_of_ros_1
+from swarmctl.importing.crazyflies import is_crazyflies
 from swarmctl.importing.dds_profiles import rmw_of
 from swarmctl.importing.draft import Draft, lines_of, summary, text_of_lines, with_errors
 from swarmctl.importing.lab_folder import (
@@ -50,7 +51,7 @@ class Kind(str, Enum):
 
 _WHAT = {
     Kind.LAUNCH: "launch files or scripts that set ROS_MASTER_URI, ROS_IP or ROS_HOSTNAME",
-    Kind.ROS_2: "launch files of ROS 2, or scripts that set its variables",
+    Kind.ROS_2: "launch files of ROS 2, scripts that set its variables, or a crazyflies.yaml",
     Kind.ANSIBLE: "an Ansible inventory",
     Kind.CLEARPATH: "a Clearpath robot.yaml",
 }
@@ -150,6 +151,8 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
             folder.unread.append(f"{Place(path, line)}: it is not valid YAML")
         if is_compose(root):
             return Kind.LAUNCH if is_compose_of_ros_1(text) else Kind.ROS_2
+        if is_crazyflies(root):
+            return Kind.ROS_2
         return Kind.CLEARPATH if is_clearpath(root) else Kind.ANSIBLE if is_yaml_inventory(root) else None
     script = folder.scripts.get(path)
     ros = ros_of(script) if script else None

@@ -94,6 +94,31 @@ def address_of(text: str, place: Place) -> Value:
     return Value(text, place)
 
 
+def add_islands(draft: Draft, domains: Mapping[int, Sequence[str]], written: Mapping[int, Value]) -> None:
+    """Adds an island for the hosts of each domain of ROS 2, in the order of their numbers.
+
+    ``written`` has where each domain stands, or the guess that it is derived by.
+    """
+    ordered = sorted(domains)
+    place = written[ordered[0]].place
+    guesses = dict.fromkeys(one.guess for one in written.values() if one.guess)
+    draft.first.pop("hub", None)
+    draft.first["mode"] = Value("combined", place, f"hosts have {len(domains)} domains")
+    islands = {
+        f"domain-{one}": {"mode": "central", "hub": domains[one][0], "hosts": [*domains[one]]}
+        for one in ordered
+    }
+    why = "; ".join(("the hosts of a domain are an island", *guesses))
+    draft.last["islands"] = Value(islands, place, why)
+    for there, one in enumerate(ordered, ordered[0]):
+        if one != there:
+            here = f"a spec numbers the islands on from the first one, so it is {there} there"
+            draft.unread.append(f"{written[one].place}: the domain {one}; {here}")
+    for key, host in draft.hosts.items():
+        if not any(key in members for members in domains.values()):
+            draft.unread.append(f"{host.name.place}: host `{key}` has no domain, and is in no island")
+
+
 def number(text: str) -> int | str:
     """Returns a port as a number, or the text if it is none."""
     return int(text) if text.isascii() and text.isdecimal() and len(text) < 10 else text

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from swarmctl.importing.crazyflies import add_all_crazyflies
 from swarmctl.importing.dds_profiles import Setting, rmw_of, settings_of
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.importing.lab_folder import LAUNCH, PYTHON, YAML, LabFolder
@@ -84,6 +85,7 @@ def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Dr
         lab.add_any_host("the files are for it")
     lab.add_nodes(launched)
     lab.add_services(services)
+    add_all_crazyflies(lab.draft, lab.hosts, folder)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     if lab.draft.hosts:
         lab.draft.first = {**mode_of(lab.draft), "ros": ros.value(_distro(folder))}

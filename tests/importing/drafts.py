@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,32 @@ def unmarked_errors(text: str) -> list[str]:
         for one in errors
         if not one.span or "fill in" not in lines[one.span.line - 1]
     ]
+
+
+def vanished(source: str, path: str, found: Imported) -> list[str]:
+    """The lines of a YAML file with a value that no line of a draft names.
+
+    `Not read` may name a part that they are in, and a list of values is named by its first line.
+    """
+    lines = found.text.split("\n")
+    unread = [line for line in lines if line.startswith("#   ")]
+    named, left = (
+        {int(one) for line in some for one in re.findall(rf"{re.escape(path)}:(\d+)", line)}
+        for some in (lines, unread)
+    )
+
+    def below(node: yaml.Node, above: frozenset[int]) -> Iterator[int]:
+        is_mapping = isinstance(node, yaml.MappingNode)
+        for key, value in node.value if is_mapping else [(item, item) for item in node.value]:
+            line = key.start_mark.line + 1
+            if not isinstance(value, yaml.ScalarNode):
+                yield from below(value, above | {line})
+            elif value.value not in ("", "null") and not {line, *above} & left and line not in named:
+                if is_mapping or max(above, default=0) not in named:
+                    yield line
+
+    root = yaml.compose(source)
+    return [source.split("\n")[line - 1].strip() for line in sorted(below(root, frozenset()))]
 
 
 def todo(text: str) -> str:
