@@ -71,9 +71,10 @@ def vanished(source: str, path: str, found: Imported) -> list[str]:
             line = key.start_mark.line + 1
             if not isinstance(value, yaml.ScalarNode):
                 yield from below(value, above | {line})
-            elif value.value not in ("", "null") and not {line, *above} & left and line not in named:
-                if is_mapping or max(above, default=0) not in named:
-                    yield line
+                continue
+            shown = {line} if is_mapping else {line, max(above, default=0)}
+            if value.value not in ("", "null") and not above & left and not shown & named:
+                yield line
 
     root = yaml.compose(source)
     return [source.split("\n")[line - 1].strip() for line in sorted(below(root, frozenset()))]
