@@ -18,7 +18,7 @@ import networkx
 import yaml
 
 from swarmctl.importing.draft import Draft, Entry, Value
-from swarmctl.importing.lab_folder import SCRIPTS, VARIABLES, LabFolder
+from swarmctl.importing.lab_folder import SCRIPTS, VARIABLES, LabFolder, is_of_variables
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, add_islands, address_of, number
 from swarmctl.importing.launch_nodes import type_of_group, unknown_line
 from swarmctl.importing.ros2_lab import DISTROS, LARGEST_DOMAIN, NEWEST_LTS, RMW, mode_of
@@ -199,6 +199,7 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, AnyRo
                 groups.setdefault(valid_name(group, "group"), []).append(key)
     if groups:
         draft.last["groups"] = Value(groups, place)
+    draft.files |= {one for one in folder.texts if is_of_variables(one)}
     draft.unread += [f"{one}: the whole file is encrypted by ansible-vault" for one in found.encrypted]
     draft.unread += [f"{path}: {one}" for one in _left_out({name: found.hosts[name] for name in names})]
     return draft

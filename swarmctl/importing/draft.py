@@ -72,6 +72,7 @@ class Draft:
     last: dict[str, Value] = field(default_factory=dict)  # below the programs
     masters: dict[str, Value] = field(default_factory=dict)  # the host of each host's master
     unread: list[str] = field(default_factory=list)  # places that are not in the draft, and why
+    files: set[str] = field(default_factory=set)  # that were read, with those that others include
 
 
 def named(text: str, prefix: str, place: Place | None, taken: Collection[str], guess: str = "") -> Value:
@@ -145,14 +146,31 @@ def summary(draft: Draft, lines: Sequence[Line]) -> str:
         _number(sum(not one.name.fill_in for one in draft.programs.values()), "program"),
     )
     guesses = sum(line.source.startswith(GUESS) for line in lines)
-    todo = [
-        _number(guesses, "guess", "guesses"),
-        _number(sum(line.todo.startswith(FILL_IN) for line in lines), "place") + " to fill in",
-    ]
-    unread = len(dict.fromkeys(draft.unread))
-    return f"{', '.join(has)}; {', '.join(todo)}" + (
-        f", {_number(unread, 'place')} not read" if unread else ""
+    blanks = sum(line.todo.startswith(FILL_IN) for line in lines)
+    kept, unread = sum(map(_leaves, _values(draft))), len(dict.fromkeys(draft.unread))
+    values = (
+        f"{_number(kept + blanks + unread, 'value')}: {kept} kept, {blanks} to fill in, {unread} not read"
     )
+    return f"{', '.join(has)}; {values}; {_number(guesses, 'guess', 'guesses')} to check"
+
+
+def _values(draft: Draft) -> Iterator[Value]:
+    """The values of a draft that files of the lab have."""
+    entries = [*draft.hosts.values(), *draft.robots.values(), *draft.programs.values()]
+    fields = (one for entry in entries for one in (entry.name, *entry.fields.values()))
+    others = (draft.first, draft.multimaster, draft.patterns, draft.last)
+    keys = (one for group in others for one in group.values())
+    for one in (*fields, *keys, *draft.networks, *draft.lines):
+        if one.place is not None and not one.fill_in:
+            yield one
+
+
+def _leaves(value: Value | Any) -> int:
+    """How many single values a value has."""
+    found = value.value if isinstance(value, Value) else value
+    if isinstance(found, dict):
+        return sum(map(_leaves, found.values()))
+    return sum(map(_leaves, found)) if isinstance(found, (list, tuple)) else 1
 
 
 def _number(count: int, word: str, several: str = "") -> str:

@@ -19,6 +19,7 @@ from swarmctl.importing.compose_services import is_compose, is_compose_of_ros_1
 from swarmctl.importing.crazyflies import is_crazyflies
 from swarmctl.importing.dds_profiles import rmw_of
 from swarmctl.importing.draft import Draft, lines_of, summary, text_of_lines, with_errors
+from swarmctl.importing.file_kinds import counted, unused
 from swarmctl.importing.lab_folder import (
     LAUNCH,
     PYTHON,
@@ -32,6 +33,7 @@ from swarmctl.importing.lab_scripts import Ros, ros_of
 from swarmctl.importing.launch_nodes import draft_from_launch
 from swarmctl.importing.ros2_lab import draft_from_ros_2, is_ros_2_launch
 from swarmctl.linter.runner import check_files
+from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.package import NO_PACKAGES
 from swarmctl.rulebook import Severity
@@ -80,6 +82,7 @@ def imported(path: Path, kind: Kind | None, spec: Path) -> Imported:
         raise DraftError(f"{place}{folder.message}", *folder.help)
     draft = _draft(path, folder, kind, spec)
     draft.unread[:0] = folder.unread
+    draft.unread += unused(set(folder.candidates()) - draft.files, folder.texts)
     if not draft.hosts:
         problem = f"`{path}` names no host, robot or program that can be imported"
         raise DraftError(problem, *draft.unread[:5], "swarmctl init writes a first spec")
@@ -94,6 +97,14 @@ def _draft(path: Path, folder: LabFolder, kind: Kind | None, spec: Path) -> Draf
     chosen = _chosen(path, folder, found, kind)
     files = found[chosen]
     known = load_catalog(spec.parent / "robots").types
+    draft = _of_kind(chosen, path, folder, files, known)
+    draft.files |= {*files, *(one for one in folder.texts if one.rpartition("/")[2].startswith(".env"))}
+    return draft
+
+
+def _of_kind(
+    chosen: Kind, path: Path, folder: LabFolder, files: Sequence[str], known: Mapping[str, AnyRobotType]
+) -> Draft:
     if chosen is Kind.CLEARPATH:
         return draft_from_clearpath(folder, files, known)
     if chosen is Kind.LAUNCH:
@@ -130,6 +141,9 @@ def _kinds(folder: LabFolder) -> Mapping[Kind, Sequence[str]]:
         kind = None if is_of_variables(path) else _kind(path, folder)
         if kind is not None:
             found.setdefault(kind, []).append(path)
+    either = [path for path, one in folder.scripts.items() if ros_of(one) is Ros.EITHER]
+    if either and not found.keys() & {Kind.LAUNCH, Kind.ROS_2}:
+        found[Kind.ROS_2] = either
     return found
 
 
@@ -156,7 +170,7 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
         return Kind.CLEARPATH if is_clearpath(root) else Kind.ANSIBLE if is_yaml_inventory(root) else None
     script = folder.scripts.get(path)
     ros = ros_of(script) if script else None
-    if ros is not None:
+    if ros in (Ros.ONE, Ros.TWO):
         return Kind.LAUNCH if ros is Ros.ONE else Kind.ROS_2
     return Kind.ANSIBLE if is_ini_inventory(path, text) else None
 
@@ -169,7 +183,8 @@ def _chosen(path: Path, folder: LabFolder, found: Mapping[Kind, Sequence[str]], 
         return next(iter(found))
     ways = [f"swarmctl import {path} --from {one.value}" for one in found]
     if not found:
-        problem = f"`{path}` has nothing that can be imported"
+        has = counted((*folder.candidates(), *folder.others), folder.texts)
+        problem = f"`{path}` has nothing that can be imported: {has or 'no file'}"
         ways = [_READS, *folder.unread[:5], "name the file or the folder that has it, or: swarmctl init"]
     elif kind is not None:
         problem = f"`{path}` has not {_WHAT[kind]} that can be read"

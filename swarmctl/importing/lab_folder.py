@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import posixpath
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -44,6 +44,7 @@ class LabFolder:
     named: str
     unread: list[str]  # files, and why they cannot be read
     packages: Packages
+    others: Sequence[str] = ()  # paths of files that no reader takes
 
     @cached_property
     def scripts(self) -> Mapping[str, Script]:
@@ -61,11 +62,11 @@ class LabFolder:
 def lab_folder(path: Path) -> LabFolder | Diagnostic:
     """Returns what lies in a folder, or one file with what belongs to it, or why it cannot be read."""
     texts: dict[str, str] = {}
-    unread: list[str] = []
+    unread, others = list[str](), list[str]()
     if path.is_dir():
         folder, named, packages = path, "", packages_in(((path, ""),))
         files = ProjectFiles.beside(path / "any", LoadBudget())
-        paths = _below(files, folder)
+        paths = _below(files, folder, others=others)
     else:
         folder, named, packages = path.parent, path.name, NO_PACKAGES
         files = ProjectFiles.beside(path, LoadBudget())
@@ -83,7 +84,7 @@ def lab_folder(path: Path) -> LabFolder | Diagnostic:
             unread.append(f"{Place(relative, line)}: {found.message}")
         else:
             texts[relative] = found
-    return LabFolder(texts, named, unread, packages)
+    return LabFolder(texts, named, unread, packages, others)
 
 
 def _text(files: ProjectFiles, path: Path) -> str | Diagnostic:
@@ -109,8 +110,13 @@ def _of_compose(root: Path, inside: str) -> Iterator[str]:
     yield from (posixpath.join(inside, one.name) for one in found if one.is_file() and not one.is_symlink())
 
 
-def _below(files: ProjectFiles, root: Path, inside: str = "") -> Iterator[str]:
-    """The files that may be read in the folder ``inside`` of another one and in those below it."""
+def _below(
+    files: ProjectFiles, root: Path, inside: str = "", others: list[str] | None = None
+) -> Iterator[str]:
+    """The files that may be read in the folder ``inside`` of another one and in those below it.
+
+    The paths of those that are not to be read are added to ``others``.
+    """
     waiting = [inside]
     for _ in range(_MAX_FOLDERS):
         if not waiting:
@@ -124,6 +130,8 @@ def _below(files: ProjectFiles, root: Path, inside: str = "") -> Iterator[str]:
             if not (root / path).is_dir():
                 if _may_be_read(path):
                     yield path
+                elif others is not None:
+                    others.append(path)
             elif not (root / path).is_symlink() and name not in BUILT and path.count("/") < _MAX_DEPTH:
                 waiting.append(path)
 

@@ -216,8 +216,10 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> D
 
     services = services_in(folder, Ros.ONE, types)
     started = [*scripts_of(folder, Ros.ONE, one), *(one for _, one in services.values())]
-    launched = not_included({**_launched(folder), **{one.key: one.launched for one in started}})
+    every = {**_launched(folder), **{one.key: one.launched for one in started}}
+    launched = not_included(every)
     lab = Lab(types, reasons(launched))
+    lab.draft.files |= files_of(folder, every)
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
     lab.add_scripts(started)
@@ -653,6 +655,12 @@ def whole_folder(folder: LabFolder) -> tuple[Package, Mapping[str, Package]]:
     texts = {path: text.encode() for path, text in folder.texts.items()}
     whole = Package(_ALL, "", frozenset(), dict.fromkeys(texts, False), texts)
     return whole, {**folder.packages.by_name, _ALL: whole}
+
+
+def files_of(folder: LabFolder, launched: Mapping[str, Launched]) -> set[str]:
+    """Returns the files that launch files and scripts include."""
+    included = {posixpath.normpath(file) for one in launched.values() for file in one.files}
+    return included | {other for one in folder.scripts.values() for other in one.others}
 
 
 def not_included(found: Mapping[str, Launched]) -> Mapping[str, Launched]:

@@ -16,6 +16,7 @@ from swarmctl.importing.lab_hosts import LabHosts, address_of
 from swarmctl.importing.lab_scripts import OF_ROS_1, Ros, Started
 from swarmctl.importing.launch_nodes import (
     Lab,
+    files_of,
     not_included,
     reasons,
     scripts_of,
@@ -70,8 +71,10 @@ def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Dr
 
     services = services_in(folder, Ros.TWO, types)
     started = [*scripts_of(folder, Ros.TWO, one), *(one for _, one in services.values())]
-    launched = not_included({**_launched(folder), **{one.key: one.launched for one in started}})
+    every = {**_launched(folder), **{one.key: one.launched for one in started}}
+    launched = not_included(every)
     lab = Lab(types, reasons(launched))
+    lab.draft.files |= files_of(folder, every)
     lab.draft.source = "launch files and scripts of ROS 2"
     lab.add_scripts(started)
     variables = dict(_variables(started, lab.draft.unread))

@@ -380,6 +380,7 @@ class _Run:
             self.not_read(scope, action.line, f"its parameters of {file}, which is no YAML of parameters")
             return
         place = Place(posixpath.join(found.folder, path), 0)
+        self.launched.files[place.file] = None
         for values in _of_node(data, str(name), str(namespace).strip("/")):
             for key, value in _flat(values):
                 self.left -= 1

@@ -28,7 +28,7 @@ def draft(path: Path, kind: Kind | None = None) -> Imported:
     """The draft of a lab; none of its errors is at a line without `fill in`."""
     found = imported(path, kind, Path("nowhere/swarm.yaml"))
     assert unmarked_errors(found.text) == []
-    assert found.summary.partition("; ")[2].startswith(todo(found.text))
+    assert todo(found.text) == tuple(map(int, _COUNTS.search(found.summary).groups()))  # type: ignore[union-attr]
     return found
 
 
@@ -80,8 +80,9 @@ def vanished(source: str, path: str, found: Imported) -> list[str]:
     return [source.split("\n")[line - 1].strip() for line in sorted(below(root, frozenset()))]
 
 
-def todo(text: str) -> str:
-    """The counts of guesses and places to fill in, as the summary has them, from the text of a draft."""
-    guesses, blanks = text.count("# guess: "), text.count(" fill in: ")
-    places = f"{blanks} place{'s' if blanks != 1 else ''} to fill in"
-    return f"{guesses} guess{'es' if guesses != 1 else ''}, {places}"
+_COUNTS = re.compile(r"(\d+) to fill in, (\d+) not read; (\d+) guess")
+
+
+def todo(text: str) -> tuple[int, int, int]:
+    """The counts of places to fill in, places not read and guesses in the text of a draft."""
+    return text.count(" fill in: "), text.count("\n#   "), text.count("# guess: ")
