@@ -61,6 +61,20 @@ def program_fields(node: Node) -> dict[str, Value]:
     return {key: Value(value, node.place) for key, value in values.items() if value}
 
 
+def _component_fields(node: Node, namespace: str) -> dict[str, Value]:
+    """Returns what a program has of a component: it runs in a container of its own."""
+    words = ["ros2", "component", "standalone", node.package or "", node.executable or ""]
+    words += ["-n", (node.name or node.last or "").rpartition("/")[2]] if node.has_name else []
+    words += ["--node-namespace", f"/{namespace}"] if namespace else []
+    for old, new in node.remaps:
+        words += ["-r", f"{old}:={new}"]
+    for one in node.parameters:
+        words += [] if _why_left_out(one) else ["-p", f"{one.name}:={one.value}"]
+    fields = {"command": Value([escaped(one) for one in words], node.place)}
+    kept = {one.name: escaped(one.value or "") for one in node.environment if not _why_left_out(one)}
+    return fields | ({"environment": Value(kept, node.place)} if kept else {})
+
+
 def left_out(node: Node, unknown: Unknown) -> Iterator[str]:
     """Says what of a node its program does not have, but for what is ``unknown``."""
     for one in (*node.parameters, *node.environment):
@@ -406,9 +420,9 @@ class Lab:
         for path, node in nodes_in(launched, self.started_on):
             kind = driven_type(node.package or "", node.executable or "", self.types)
             packages = _MULTIMASTERS.get(node.package or "")
-            if None in (node.package, node.executable, node.name):
-                if not self.unknown.has(node.place, "pkg", "type", "name"):
-                    self.draft.unread.append(f"{node.place}: its namespace is not known here")
+            if None in (node.package, node.executable, node.last if node.name is None else node.name):
+                if not self.unknown.has(node.place, "pkg", "exec", "type", "name"):
+                    self.draft.unread.append(f"{node.place}: its name is not known here")
             elif not node.certain and (kind or packages):
                 continue
             elif kind:
@@ -495,9 +509,8 @@ class Lab:
     def _add_include(self, include: Include, path: str) -> None:
         """Adds what a file that is not here starts: a robot if it is the driver of a type, else a program."""
         place, file = _normal(include.place), posixpath.basename(include.file)
-        if include.namespace is None or not include.package:
-            why = "its namespace is not known here" if include.package else f"{include.file} is not here"
-            self.draft.unread.append(f"{place}: {why}")
+        if not include.package:
+            self.draft.unread.append(f"{place}: {include.file} is not here")
             return
         drivers = self.drivers.get((include.package, file), {})
         if drivers and not include.certain:
@@ -509,7 +522,8 @@ class Lab:
                 self.draft.unread.append(f"{place}: {one.name}: {why}")
         for name, value in include.arguments.items():
             if value is None:
-                self.draft.unread.append(f"{place}: the argument `{name}` is not known here")
+                if not self.unknown.has(place, f"argument {name}"):
+                    self.draft.unread.append(f"{place}: the argument `{name}` is not known here")
             elif is_secret(name, value):
                 self.draft.unread.append(f"{place}: {name} may be a secret")
             else:
@@ -532,7 +546,9 @@ class Lab:
         why = f"its driver is {file} of {include.package}"
         why += f", as of {', '.join(others)}" if others else ""
         fields = {"type": Value(kind, place, why), "host": host}
-        if namespace and robot_namespace(name.value, None) != f"/{namespace}":
+        if include.namespace is None:
+            fields["namespace"] = self.unknown.filled(Value("robot"), place, "namespace")
+        elif namespace and robot_namespace(name.value, None) != f"/{namespace}":
             fields["namespace"] = Value(namespace, place)
         self.draft.robots[name.value] = Entry(name, fields)
         if self.ros_types[kind].link is not None:
@@ -558,7 +574,9 @@ class Lab:
         }
         if variables:
             fields["environment"] = Value(variables, place)
-        if namespace and not robot:
+        if include.namespace is None:
+            fields["namespace"] = self.unknown.filled(Value("robot"), place, "namespace")
+        elif namespace and not robot:
             fields["namespace"] = Value(namespace, place)
         name = name if include.certain else self.unknown.filled(name, place, "if")
         self.draft.programs[name.value] = Entry(name, fields)
@@ -597,7 +615,7 @@ class Lab:
         return None
 
     def _add_robot(self, node: Node, host: Value, kind: str) -> None:
-        namespace, _, last = (node.name or "").strip("/").rpartition("/")
+        namespace, _, last = (node.name or node.last or "").strip("/").rpartition("/")
         called = namespace.rpartition("/")[2] or _OF_NODES.sub("", last) or kind
         name = named(called, "robot", node.place, self.draft.robots)
         why = f"{node.package}/{node.executable} is named like a driver of this type"
@@ -610,6 +628,8 @@ class Lab:
             if is_new and robot_namespace(name.value, None) != f"/{namespace}":
                 fields["namespace"] = Value(namespace, node.place)
             self.namespaces[host.value, namespace] = name.value
+        if node.name is None:
+            fields["namespace"] = self.unknown.filled(Value("robot"), node.place, "namespace")
         self.draft.robots[name.value] = Entry(name, fields)
         self.draft.lines.append(line)
         used = {str(one).lower() for one in line.value.values()}
@@ -620,16 +640,18 @@ class Lab:
 
     def _add_program(self, node: Node, host: Value) -> None:
         """Adds a program; in the namespace of a robot it is that robot's, on any host."""
-        namespace, _, last = (node.name or "").strip("/").rpartition("/")
+        namespace, _, last = (node.name or node.last or "").strip("/").rpartition("/")
         robots = {robot for (_, one), robot in self.namespaces.items() if one == namespace}
         here = self.namespaces.get((host.value, namespace), "")
         robot = here or (min(robots) if len(robots) == 1 else "")
         fields = {"robot": Value(robot, node.place)} if robot else {}
         fields |= {} if here else {"host": host}
-        fields |= program_fields(node)
+        fields |= _component_fields(node, namespace) if node.is_component else program_fields(node)
         if node.arguments is None:
             fields["args"] = self.unknown.filled(Value([]), node.place, "args")
-        if namespace and not robot:
+        if node.name is None:
+            fields["namespace"] = self.unknown.filled(Value("robot"), node.place, "namespace")
+        elif namespace and not robot:
             fields["namespace"] = Value(namespace, node.place)
         guess = "" if node.has_name else "its launch file names no node; this is its executable"
         name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots}, guess)
@@ -654,7 +676,15 @@ def whole_folder(folder: LabFolder) -> tuple[Package, Mapping[str, Package]]:
     """Returns the files of a folder as one package, and all packages that launch files may name."""
     texts = {path: text.encode() for path, text in folder.texts.items()}
     whole = Package(_ALL, "", frozenset(), dict.fromkeys(texts, False), texts)
-    return whole, {**folder.packages.by_name, _ALL: whole}
+    found = {name: _with_texts(one, texts) for name, one in folder.packages.by_name.items()}
+    return whole, {**found, _ALL: whole}
+
+
+def _with_texts(package: Package, texts: Mapping[str, bytes]) -> Package:
+    """A package with those files of the folder that lie in it."""
+    inside = "" if package.folder == "." else f"{package.folder}/"
+    own = {path[len(inside) :]: text for path, text in texts.items() if path.startswith(inside)}
+    return replace(package, contents={**package.contents, **own})
 
 
 def files_of(folder: LabFolder, launched: Mapping[str, Launched]) -> set[str]:
@@ -690,6 +720,9 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"
+        for (file, key), is_used in one.sections.items():
+            if not is_used:
+                yield f"{posixpath.normpath(file)}: its parameters of {key}, which no node here has"
         for place, why in one.left_out:
             is_hidden = any(is_secret(one, one) for one in _QUOTED.findall(why))
             shown = "what it runs may have a secret" if is_hidden else why

@@ -45,7 +45,8 @@ _SECRET = re.compile(
     r"|(?<![a-z])(key|pin|auth)(?![a-z])|(api|access|private|auth)_?key|(?-i:[a-z]Key)",
     re.I,
 )
-_IN_ADDRESS = re.compile(r"//[^/\s@]*:[^/\s@]*@")  # account:password@host
+# account:password@host; in udp://:14540@ the number is a port
+_IN_ADDRESS = re.compile(r"//(?:[^/\s@:]+:[^/\s@]*|:(?!\d{1,5}@)[^/\s@]*)@")
 
 
 def is_secret(name: str, value: str) -> bool:

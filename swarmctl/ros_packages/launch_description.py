@@ -49,10 +49,21 @@ class Text:
 
 @dataclass(frozen=True)
 class Computed:
-    """A truth that a launch computes of others: ``equals``, ``not``, ``and``, ``or``; or ``if``, a choice."""
+    """A truth that a launch computes of others: ``equals``, ``not``, ``and``, ``or``; or ``if``, a choice.
 
-    operation: str
+    Otherwise ``operation`` returns the value of the parts as one text.
+    """
+
+    operation: str | Callable[[str], str | Unknown]
     parts: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Rewritten:
+    """A file of parameters in which Nav2 replaces the values of some names."""
+
+    source: Any
+    rewrites: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -129,7 +140,6 @@ def evaluate(
     file. It ends after ``limit`` actions.
     """
     run = _Run(packages, readers, limit)
-    run.beside = package.contents
     given = {name: Unknown("a script") if one is None else one for name, one in (arguments or {}).items()}
     scope = _Scope(package, path, dict(given), namespace)
     run.file(scope, Place(posixpath.join(package.folder, path), 0))
@@ -141,7 +151,6 @@ class _Run:
     def __init__(self, packages: Mapping[str, Package], readers: Mapping[str, Reader], limit: int) -> None:
         self.packages, self.readers, self.left = packages, readers, limit
         self.launched = Launched()
-        self.beside: Mapping[str, bytes] = {}  # files of the folder that all packages lie in, by their paths
         self.kinds: Mapping[str, Callable[[_Scope, Action], None]] = {
             "arg": self.argument, "let": self.let, "unset": self.unset, "group": self.group,
             "children": self.children_of, "namespace": self.push, "node": self.node,
@@ -230,6 +239,8 @@ class _Run:
         parts = [self.text(scope, one) for one in value.parts]
         if unknown := next((one for one in parts if isinstance(one, Unknown)), None):
             return unknown
+        if callable(value.operation):
+            return value.operation("".join(map(str, parts)))
         truths = [_is_true(one) for one in parts]
         if value.operation == "equals":
             return str(parts[0] == parts[-1]).lower()
@@ -303,7 +314,7 @@ class _Run:
         name = self.field(scope, action, "name", "name")
         namespace = self.joined(scope, arguments.get("namespace") or "")
         if isinstance(namespace, Unknown):
-            self.launched.unknown.setdefault((place, "name"), namespace.why)
+            self.launched.unknown.setdefault((place, "namespace"), namespace.why)
         called = name if name is None else name or executable
         unknown = called is None or isinstance(namespace, Unknown)
         if package:
@@ -320,6 +331,8 @@ class _Run:
                 parameters=(*scope.parameters, *self.settings(scope, action)),
                 environment=(*scope.environment, *self.variables(scope, action)),
                 has_name=bool(name),
+                last=called,
+                is_component=action.kind == "component",
             )
         )
         if scope.condition:
@@ -355,6 +368,12 @@ class _Run:
         for one in _items(action.arguments.get("parameters")):
             if isinstance(one, Mapping):
                 yield from self.flat(scope, action.line, "", one)
+            elif isinstance(one, Rewritten):
+                for setting in self.of_file(scope, action, self.text(scope, one.source)):
+                    key = next((key for key in one.rewrites if setting.name.split(".")[-1] == key), "")
+                    known = {"value": self.text(scope, one.rewrites[key]), "type": "auto"} if key else {}
+                    is_known = not isinstance(known.get("value"), Unknown)
+                    yield replace(setting, **known if is_known else {"value": None})
             else:
                 yield from self.of_file(scope, action, self.text(scope, one))
 
@@ -365,10 +384,10 @@ class _Run:
             return
         package, path = self.target(scope, file)
         found = self.packages.get(package) if package else scope.package
-        content = None
-        if found is not None:
-            content = found.contents.get(path) or self.beside.get(posixpath.join(found.folder, path))
-        name, namespace = (self.text(scope, action.arguments.get(key) or "") for key in ("name", "namespace"))
+        content = found.contents.get(path) if found else None
+        own = action.arguments
+        name = self.text(scope, own.get("name") or own.get("executable") or "")
+        namespace = self.text(scope, own.get("namespace") or "")
         if found is None or content is None:
             self.not_read(scope, action.line, f"its parameters of {file}, which is not here")
             return
@@ -381,7 +400,10 @@ class _Run:
             return
         place = Place(posixpath.join(found.folder, path), 0)
         self.launched.files[place.file] = None
-        for values in _of_node(data, str(name), str(namespace).strip("/")):
+        for section in data:
+            self.launched.sections.setdefault((place.file, str(section)), False)
+        for section, values in _of_node(data, str(name), str(namespace).strip("/")):
+            self.launched.sections[place.file, section] = True
             for key, value in _flat(values):
                 self.left -= 1
                 if self.left <= 0:  # a file whose anchors repeat each other has no end
@@ -424,29 +446,28 @@ class _Run:
                 yield Setting(str(name), None if isinstance(found, Unknown) else found, place)
 
     def container(self, scope: _Scope, action: Action) -> None:
-        package = action.arguments.get("package") or "rclcpp_components"
-        executable = action.arguments.get("executable") or "component_container"
-        own = {**action.arguments, "package": package, "executable": executable}
-        self.node(scope, replace(action, arguments=own))
+        self.not_read(scope, action.line, "a container of components, of which each runs on its own")
         self.components(scope, action)
 
     def components(self, scope: _Scope, action: Action) -> None:
         for one in _items(action.arguments.get("components")):
             if isinstance(one, Action):
-                package = self.text(scope, one.arguments.get("package"))
-                plugin = self.text(scope, one.arguments.get("plugin"))
-                what = f"the component {plugin} of {package}" if isinstance(plugin, str) else "a component"
-                self.not_read(scope, one.line, f"{what}; a launch file of yours can be a program")
+                own = {**one.arguments, "executable": one.arguments.get("plugin")}
+                self.node(scope, replace(one, kind="component", arguments=own))
 
     def include(self, scope: _Scope, action: Action) -> None:
         place = self.place(scope, action.line)
         file = self.field(scope, action, "file", "file")
-        given = {
-            str(self.text(scope, name)): self.text(scope, value)
-            for name, value in _pairs(action.arguments.get("arguments"))
-        }
+        given: dict[str, str | Unknown] = {}
+        inner = scope.inner()  # each argument may use those before it
+        for name, value in _pairs(action.arguments.get("arguments")):
+            key = str(self.text(inner, name))
+            given[key] = inner.values[key] = self.text(inner, value)
         if file is None:
             self.launched.unfound.append(place)
+            for key, one in given.items():
+                shown = f"depends on {one.why}" if isinstance(one, Unknown) else f"is `{one}`"
+                self.not_read(scope, action.line, f"its argument {key} {shown}")
             return
         package, path = self.target(scope, file)
         found = self.packages.get(package) if package else scope.package
@@ -458,6 +479,11 @@ class _Run:
             return
         if scope.condition:
             self.launched.unknown.setdefault((place, "if"), scope.condition)
+        if isinstance(scope.namespace, Unknown):
+            self.launched.unknown.setdefault((place, "namespace"), scope.namespace.why)
+        for key, one in given.items():
+            if isinstance(one, Unknown):
+                self.launched.unknown.setdefault((place, f"argument {key}"), one.why)
         namespace = None if isinstance(scope.namespace, Unknown) else scope.namespace
         arguments = {key: None if isinstance(one, Unknown) else one for key, one in given.items()}
         self.launched.includes.append(
@@ -501,17 +527,19 @@ class _Run:
         self.actions(scope, action.arguments["call"](lambda one: self.text(scope, one)))
 
 
-def _of_node(data: Mapping[Any, Any], name: str, namespace: str) -> Iterator[Mapping[Any, Any]]:
-    """The parameters of a node in a file: those of all nodes, then its own."""
+def _of_node(
+    data: Mapping[Any, Any], name: str, namespace: str, section: str = ""
+) -> Iterator[tuple[str, Mapping[Any, Any]]]:
+    """The parameters of a node in a file, each with its key: those of all nodes, then its own."""
     whole = "/".join(one for one in ("", namespace, name))
     for wanted in (("/**",), (name, f"/{name}", whole, f"/**/{name}")):
         for key, value in data.items():
             if not isinstance(value, Mapping):
                 continue
             if key in wanted and isinstance(value.get("ros__parameters"), Mapping):
-                yield value["ros__parameters"]
+                yield section or str(key), value["ros__parameters"]
             elif str(key).strip("/") == namespace and namespace:
-                yield from _of_node(value, name, "")
+                yield from _of_node(value, name, "", section or str(key))
 
 
 def _flat(values: Mapping[Any, Any], prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:

@@ -83,6 +83,8 @@ class Node:
     environment: tuple[Setting, ...] = ()
     rosparams: tuple[Rosparam, ...] = ()
     has_name: bool = True  # False where the node itself knows it, and ``name`` has its executable
+    last: str | None = None  # its name without the namespace, where only the host knows this
+    is_component: bool = False  # ``executable`` is its plugin
 
 
 @dataclass(frozen=True)
@@ -130,6 +132,8 @@ class Launched:
     left_out: list[tuple[Place, str]] = field(default_factory=list)  # what has no counterpart in a spec
     unknown: dict[tuple[Place, str], str] = field(default_factory=dict)
     """The substitution on which an attribute depends; `if` is also `unless`, and that of what is around."""
+    sections: dict[tuple[str, str], bool] = field(default_factory=dict)
+    """The nodes of each parameter file of ROS 2 that was read, and whether one of them is here."""
     faults: list[Fault] = field(default_factory=list)
     cost: int = 0
 
@@ -140,7 +144,7 @@ class Launched:
             if isinstance(mine, list):
                 mine += others
             elif isinstance(mine, dict):
-                mine.update({**others, **mine})
+                mine.update({key: mine.get(key) or value for key, value in others.items()})
         self.cost += other.cost
 
 
@@ -475,11 +479,14 @@ class _Run:
             why = "the journal of a host has what its programs print"
             self.left_out(scope, tag, f"output of this node and of others: {why}")
         full = _joined(inner.namespace, name)
+        if full is None:
+            reason = "the namespace around it"
+            self.launched.unknown.setdefault((self.place(scope, tag), "namespace"), reason)
         node = Node(
             full, package, kind, inner.remaps, self.place(scope, tag), scope.certain,
             self.optional(scope, tag, "machine"), self.optional(scope, tag, "args"),
             tuple(found.parameters[first:]), (*scope.environment, *found.environment[first_variable:]),
-            tuple(found.rosparams[first_file:]),
+            tuple(found.rosparams[first_file:]), last=name,
         )  # fmt: skip
         found.nodes.append(node)
 
@@ -502,6 +509,8 @@ class _Run:
                 place, namespace = self.place(scope, tag), self.namespace(scope, tag)
                 if scope.condition:
                     self.launched.unknown.setdefault((place, "if"), scope.condition)
+                if namespace is None:
+                    self.launched.unknown.setdefault((place, "namespace"), "the namespace around it")
                 one = Include(
                     match[1], posixpath.normpath(match[2]), namespace, given, place, scope.certain,
                     passing.environment,

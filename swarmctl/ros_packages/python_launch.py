@@ -20,6 +20,7 @@ from swarmctl.ros_packages.launch_description import (
     Computed,
     Condition,
     NotReadError,
+    Rewritten,
     Text,
     Unknown,
     Variable,
@@ -109,6 +110,19 @@ def read(text: str) -> Written:
         found = Unknown("a statement outside of a function or a loop")
     actions = found.actions if isinstance(found, _Description) else [found]
     return Written(actions, run.unread)
+
+
+def expression(text: str) -> str | Unknown:
+    """Returns the value of an expression over constants as text."""
+    unknown = Unknown("$(eval)")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tree = ast.parse(text.strip(), mode="eval")
+        found = _Run().value(tree.body, {})
+    except (SyntaxError, ValueError, RecursionError, MemoryError, _TooMuchError):
+        return unknown
+    return str(found) if _is_plain(found) else unknown
 
 
 class _Run:
@@ -748,7 +762,23 @@ def _share(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
 
 
 def _environment(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
-    return Unknown(f"$(env {_argument(given, named, 0, 'name')})")
+    default = named.get("default_value", given[1] if len(given) > 1 else None)
+    shown = f", by default `{default}`" if isinstance(default, str) else ""
+    return Unknown(f"$(env {_argument(given, named, 0, 'name')}){shown}")
+
+
+def _rewritten(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
+    rewrites = _argument(given, named, 1, "param_rewrites")
+    known = (
+        {key: one for key, one in rewrites.items() if isinstance(key, str)}
+        if isinstance(rewrites, dict)
+        else {}
+    )
+    return Rewritten(_argument(given, named, 0, "source_file"), known)
+
+
+def _parts(value: Any) -> tuple[Any, ...]:
+    return tuple(value) if isinstance(value, (list, tuple)) else (value,)
 
 
 def _first(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
@@ -770,7 +800,9 @@ _SUBSTITUTIONS: Mapping[str, Callable[[Sequence[Any], Mapping[str, Any]], Any]] 
     ),
     "ThisLaunchFileDir": lambda _given, _named: "$(dirname)",
     "Command": lambda _given, _named: Unknown("$(command)"),
-    "PythonExpression": lambda _given, _named: Unknown("$(eval)"),
+    "PythonExpression": lambda given, named: Computed(
+        expression, _parts(_argument(given, named, 0, "expression"))
+    ),
     "AnonName": lambda _given, _named: Unknown("$(anon)"),
     "NotSubstitution": lambda given, _named: Computed("not", tuple(given[:1])),
     "AndSubstitution": lambda given, _named: Computed("and", tuple(given)),
@@ -784,7 +816,7 @@ _SUBSTITUTIONS: Mapping[str, Callable[[Sequence[Any], Mapping[str, Any]], Any]] 
         if given
         else Unknown("$(if)")
     ),
-    "RewrittenYaml": lambda _given, _named: Unknown("a parameter file that Nav2 rewrites"),
+    "RewrittenYaml": _rewritten,
 }
 _CONDITIONS = {
     "IfCondition": True, "UnlessCondition": False,

@@ -14,6 +14,7 @@ import yaml
 
 from swarmctl.ros_packages.launch_description import (
     Action,
+    Computed,
     Condition,
     NotReadError,
     Text,
@@ -21,6 +22,7 @@ from swarmctl.ros_packages.launch_description import (
     Variable,
     Written,
 )
+from swarmctl.ros_packages.python_launch import expression
 from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
 
 _OF_ROS_2 = re.compile(
@@ -152,16 +154,15 @@ def _arguments(tag: Tag, kind: str, unread: dict[int, str]) -> Mapping[str, Any]
         found["what"] = f"it runs `{tag.attributes.get('cmd', '')[:60]}`"
     if kind in ("container", "load"):
         found["components"] = [
-            Action(
-                "component", one.line, {key: text_of(one.attributes.get(name, "")) for key, name in _NAMES}
-            )
+            Action("component", one.line, {**_arguments(one, "node", unread), "plugin": _text(one, "plugin")})
             for one in tag.children
             if one.name == "composable_node"
         ]
     return found
 
 
-_NAMES = (("package", "pkg"), ("plugin", "plugin"))
+def _text(tag: Tag, key: str) -> Any:
+    return text_of(tag.attributes.get(key, ""))
 
 
 def _pairs(tag: Tag, name: str, first: str, second: str) -> Iterator[tuple[str, str]]:
@@ -202,7 +203,7 @@ def text_of(text: str) -> Any:
 def _parts(text: str, start: int, depth: int = 0) -> tuple[list[Any], int]:
     """The parts of a text from ``start`` on, to a closing bracket within a substitution."""
     parts: list[Any] = []
-    here, at = start, start
+    here, at, open_ = start, start, 0  # brackets that are no substitution
     while at < len(text):
         if text.startswith("$(", at) and depth < _DEEPEST:
             if at > here:
@@ -210,15 +211,26 @@ def _parts(text: str, start: int, depth: int = 0) -> tuple[list[Any], int]:
             inner, end = _parts(text, at + 2, depth + 1)
             parts.append(_substitution(inner, text[at:end]))
             here = at = end
-        elif text[at] == ")" and depth:
+        elif text[at] == ")" and depth and not open_:
             if at > here:
                 parts.append(text[here:at])
             return parts, at + 1
         else:
+            open_ += (text[at] == "(") - (text[at] == ")")
             at += 1
     if at > here or not parts:
         parts.append(text[here:at])
     return parts, at
+
+
+def _evaluated(text: str) -> str | Unknown:
+    """The value of an expression, which may be in quotes."""
+    text = text.strip()
+    if text[:1] in ("'", '"') and text[-1:] == text[:1] and f"\\{text[0]}" in text:
+        text = text[1:-1].replace(f"\\{text[0]}", text[0])
+    elif text[:1] == text[-1:] == '"':
+        text = text[1:-1]
+    return expression(text)
 
 
 def _substitution(parts: list[Any], shown: str) -> Any:
@@ -233,5 +245,8 @@ def _substitution(parts: list[Any], shown: str) -> Any:
         known = len(parts) == 1
         return f"$(find-pkg-share {rest.strip()})" if known else Text(("$(find-pkg-share ", *parts[1:], ")"))
     if command == "env":
-        return Unknown(f"$(env {rest.split()[0] if rest.split() else ''})")
+        name, _, default = rest.strip().partition(" ")
+        return Unknown(f"$(env {name})" + (f", by default `{default}`" if default else ""))
+    if command == "eval":
+        return Computed(_evaluated, (rest, *parts[1:]))
     return Unknown(f"$({command})" if command in _COMMANDS else shown)

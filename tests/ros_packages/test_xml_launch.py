@@ -76,7 +76,7 @@ def test_what_a_file_starts_is_known(name: str, text: str) -> None:
     assert [(one.package, one.file, one.namespace, one.arguments) for one in found.includes] == [
         ("slam", "launch/online.launch.py", "robot1", {"map": "lab"})
     ]
-    assert (perhaps.certain, [*found.unknown.values()]) == (False, ["$(env SIMULATED)"])
+    assert (perhaps.certain, [*found.unknown.values()]) == (False, ["$(env SIMULATED), by default `false`"])
     assert [why for _, why in found.left_out] == ["it runs `ls -l`"]
 
 
