@@ -38,8 +38,9 @@ _LAUNCH_VALUES = ("--launch-prefix", "--launch-prefix-filter", "-p", "--port", "
 _ARGUMENT = re.compile(r"([\w-]+):=(.*)", re.DOTALL)
 _OF_THE_SHELL = {"PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "DISPLAY", "PYTHONUNBUFFERED", "HOME", "USER"}
 
-#: Evaluates a launch file of a package with arguments in a namespace, up to a number of actions.
-Evaluate = Callable[[Package, str, Mapping[str, str | None], str, int], Launched]
+#: Evaluates a launch file of a package with arguments in a namespace, up to a number of actions; None for the
+#: driver of a robot type.
+Evaluate = Callable[[Package, str, Mapping[str, str | None], str, int], Launched | None]
 
 
 class Ros(Enum):
@@ -100,10 +101,12 @@ def started_by(
     found: dict[Remote | None, Started] = {}
     left = limit
 
-    def within(package: Package, file: str, given: Mapping[str, str | None], namespace: str) -> Launched:
+    def within(
+        package: Package, file: str, given: Mapping[str, str | None], namespace: str
+    ) -> Launched | None:
         nonlocal left
         one = evaluate(package, file, given, namespace, left)
-        left -= one.cost
+        left -= one.cost if one else 0
         return one
 
     if not script.is_whole:
@@ -124,13 +127,17 @@ def _set(here: Started, one: Assignment) -> None:
     if one.name not in (*OF_ROS_1, *OF_ROS_2):
         return
     before = here.variables.get(one.name)
+    if before is not None and before.value != one.value:
+        shown = "" if is_secret(one.name, str(before.value)) else f" to {before.value}"
+        here.unread[f"{before.place}: {one.name} is set{shown}, and again in line {one.place.line}"] = None
     if isinstance(one.value, Unknown):
         here.variables.pop(one.name, None)
         shown = f": {one.value.why}" if "`" in one.value.why and not is_secret("", one.value.why) else ""
         here.unread[f"{one.place}: {one.name} is computed by the shell{shown}"] = None
     elif before is not None and before.value != one.value:
         del here.variables[one.name]
-        here.unread[f"{one.place}: {one.name} is set more than once in this file"] = None
+        shown = "" if is_secret(one.name, one.value) else f", here to {one.value}"
+        here.unread[f"{one.place}: {one.name} is set more than once in this file{shown}"] = None
     elif one.value and not any(f": {one.name} is " in why for why in here.unread):
         here.variables[one.name] = Value(one.value, one.place)
 
@@ -144,7 +151,7 @@ class _Reader:
         command: Command,
         packages: Mapping[str, Package],
         whole: Package,
-        evaluate: Callable[[Package, str, Mapping[str, str | None], str], Launched],
+        evaluate: Callable[[Package, str, Mapping[str, str | None], str], Launched | None],
     ) -> None:
         self.here, self.command, self.packages, self.whole = here, command, packages, whole
         self.evaluate = evaluate
@@ -207,8 +214,10 @@ class _Reader:
         namespace = self.namespace()
         found, path = self.found(package, file)
         if self.command.certain and found is not None:
-            self.here.launched.add(self.evaluate(found, path, arguments, namespace))
-            return
+            launched = self.evaluate(found, path, arguments, namespace)
+            if launched is not None:
+                self.here.launched.add(launched)
+                return
         environment = tuple(self.environment())
         if not self.command.certain:
             self.here.launched.unknown.setdefault((self.place, "if"), "a branch of the script")

@@ -6,7 +6,7 @@ import math
 import posixpath
 import re
 import shlex
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeGuard
 
@@ -221,16 +221,24 @@ _MULTIMASTERS = {
 
 def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Draft:
     """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types."""
-    _, packages = whole_folder(folder)
+    whole, packages = whole_folder(folder)
+    closed = driver_files(packages, types)
 
     def one(
         package: Package, path: str, given: Mapping[str, str | None], namespace: str, limit: int
-    ) -> Launched:
-        return evaluate(package, path, given, namespace or "/", packages, limit=limit)
+    ) -> Launched | None:
+        if posixpath.normpath(posixpath.join(package.folder, path)) in closed:
+            return None
+        return evaluate(package, path, given, namespace or "/", packages, limit=limit, closed=closed)
+
+    def read(path: str, limit: int) -> Launched | None:
+        if not path.endswith(LAUNCH) or is_of_ros_2(folder.texts[path]):
+            return None
+        return evaluate(whole, path, {}, "/", packages, limit=limit, closed=closed)
 
     services = services_in(folder, Ros.ONE, types)
     started = [*scripts_of(folder, Ros.ONE, one), *(one for _, one in services.values())]
-    every = {**_launched(folder), **{one.key: one.launched for one in started}}
+    every = {**launched_in(folder, read, closed), **{one.key: one.launched for one in started}}
     launched = not_included(every)
     lab = Lab(types, reasons(launched))
     lab.draft.files |= files_of(folder, every)
@@ -321,6 +329,17 @@ def drivers_of(types: Mapping[str, AnyRobotType]) -> Mapping[tuple[str, str], Ma
             if one.launch:
                 found.setdefault((one.package, posixpath.basename(one.launch)), {})[name] = one
     return found
+
+
+def driver_files(packages: Mapping[str, Package], types: Mapping[str, AnyRobotType]) -> Mapping[str, str]:
+    """Returns the packages of those launch files of a folder that are the driver of a robot type."""
+    return {
+        posixpath.normpath(posixpath.join(packages[name].folder, path)): name
+        for name, file in drivers_of(types)
+        if name in packages
+        for path in packages[name].contents
+        if posixpath.basename(path) == file
+    }
 
 
 class Lab:
@@ -660,16 +679,23 @@ class Lab:
         self.draft.unread += left_out(node, self.unknown)
 
 
-def _launched(folder: LabFolder) -> Mapping[str, Launched]:
-    """What each launch file brings that no other one includes, by its path."""
-    whole, packages = whole_folder(folder)
+def launched_in(
+    folder: LabFolder, read: Callable[[str, int], Launched | None], closed: Mapping[str, str]
+) -> Mapping[str, Launched]:
+    """Returns what each launch file brings, by its path. ``read`` returns None for what is none.
+
+    One of the files ``closed`` brings its robot, and not what its driver starts.
+    """
     left, found = _LIMIT, dict[str, Launched]()
-    for path in sorted(one for one in folder.candidates() if one.endswith(LAUNCH)):
-        if is_of_ros_2(folder.texts[path]):
-            continue
-        found[path] = evaluate(whole, path, {}, "/", packages, limit=left)
-        left -= found[path].cost
-    return not_included(found)
+    for path in sorted(folder.candidates()):
+        one = read(path, left)
+        if one is not None:
+            left -= one.cost
+            found[path] = one
+        if one is not None and path in closed:
+            include = Include(closed[path], posixpath.basename(path), "", {}, Place(path, 0), certain=True)
+            found[path] = Launched(files=one.files, includes=[include])
+    return found
 
 
 def whole_folder(folder: LabFolder) -> tuple[Package, Mapping[str, Package]]:

@@ -16,7 +16,9 @@ from swarmctl.importing.lab_hosts import LabHosts, address_of
 from swarmctl.importing.lab_scripts import OF_ROS_1, Ros, Started
 from swarmctl.importing.launch_nodes import (
     Lab,
+    driver_files,
     files_of,
+    launched_in,
     not_included,
     reasons,
     scripts_of,
@@ -32,7 +34,6 @@ from swarmctl.ros_packages.launch_files import Launched, Place
 from swarmctl.ros_packages.package import Package
 from swarmctl.swarm.addresses import ip_of
 
-_LIMIT = 20_000  # actions of all launch files together
 _READERS: Mapping[str, Reader] = {
     PYTHON: python_launch.read,
     **dict.fromkeys(LAUNCH, xml_launch.read_xml),
@@ -62,16 +63,24 @@ def is_ros_2_launch(path: str, text: str) -> bool:
 
 def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Draft:
     """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types."""
-    _, packages = whole_folder(folder)
+    whole, packages = whole_folder(folder)
+    closed = driver_files(packages, types)
 
     def one(
-        package: Package, path: str, given: Mapping[str, str | None], namespace: str, limit: int
-    ) -> Launched:
-        return evaluate(package, path, packages, _READERS, limit=limit, arguments=given, namespace=namespace)
+        package: Package, path: str, given: Mapping[str, str | None], _namespace: str, limit: int
+    ) -> Launched | None:
+        if posixpath.normpath(posixpath.join(package.folder, path)) in closed:
+            return None
+        return evaluate(package, path, packages, _READERS, limit=limit, arguments=given, closed=closed)
+
+    def read(path: str, limit: int) -> Launched | None:
+        if not is_ros_2_launch(path, folder.texts[path]):
+            return None
+        return evaluate(whole, path, packages, _READERS, limit=limit, closed=closed)
 
     services = services_in(folder, Ros.TWO, types)
     started = [*scripts_of(folder, Ros.TWO, one), *(one for _, one in services.values())]
-    every = {**_launched(folder), **{one.key: one.launched for one in started}}
+    every = {**launched_in(folder, read, closed), **{one.key: one.launched for one in started}}
     launched = not_included(every)
     lab = Lab(types, reasons(launched))
     lab.draft.files |= files_of(folder, every)
@@ -93,16 +102,6 @@ def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Dr
     if lab.draft.hosts:
         lab.draft.first = {**mode_of(lab.draft), "ros": ros.value(_distro(folder))}
     return lab.draft
-
-
-def _launched(folder: LabFolder) -> Mapping[str, Launched]:
-    whole, packages = whole_folder(folder)
-    left, found = _LIMIT, dict[str, Launched]()
-    for path in sorted(folder.candidates()):
-        if is_ros_2_launch(path, folder.texts[path]):
-            found[path] = evaluate(whole, path, packages, _READERS, limit=left)
-            left -= found[path].cost
-    return not_included(found)
 
 
 def mode_of(draft: Draft) -> Mapping[str, Value]:

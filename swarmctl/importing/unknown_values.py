@@ -45,8 +45,8 @@ _SECRET = re.compile(
     r"|(?<![a-z])(key|pin|auth)(?![a-z])|(api|access|private|auth)_?key|(?-i:[a-z]Key)",
     re.I,
 )
-# account:password@host; in udp://:14540@ the number is a port
-_IN_ADDRESS = re.compile(r"//(?:[^/\s@:]+:[^/\s@]*|:(?!\d{1,5}@)[^/\s@]*)@")
+# account:password@host; the addresses of MAVLink, such as udp://:14540@127.0.0.1, have a port there
+_IN_ADDRESS = re.compile(r"(?<!udp:)(?<!tcp:)(?<!udp-b:)(?<!udp-pb:)(?<!tcp-l:)//[^/\s@]*:[^/\s@]*@")
 
 
 def is_secret(name: str, value: str) -> bool:

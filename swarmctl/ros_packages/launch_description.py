@@ -11,6 +11,7 @@ import posixpath
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 import yaml
@@ -131,25 +132,32 @@ def evaluate(
     readers: Mapping[str, Reader],
     *,
     limit: int,
-    arguments: Mapping[str, str | None] | None = None,
-    namespace: str = "",
+    arguments: Mapping[str, str | None] = MappingProxyType({}),
+    closed: Mapping[str, str] = MappingProxyType({}),
 ) -> Launched:
     """Returns what a launch file starts, with the includes that are here.
 
     ``arguments`` go before the defaults that it declares. ``readers`` has one for each suffix of a launch
-    file. It ends after ``limit`` actions.
+    file. It ends after ``limit`` actions. Includes of the files ``closed``, each with its package, are not
+    read.
     """
-    run = _Run(packages, readers, limit)
-    given = {name: Unknown("a script") if one is None else one for name, one in (arguments or {}).items()}
-    scope = _Scope(package, path, dict(given), namespace)
+    run = _Run(packages, readers, limit, closed)
+    given = {name: Unknown("a script") if one is None else one for name, one in arguments.items()}
+    scope = _Scope(package, path, dict(given))
     run.file(scope, Place(posixpath.join(package.folder, path), 0))
     run.launched.cost = limit - run.left
     return run.launched
 
 
 class _Run:
-    def __init__(self, packages: Mapping[str, Package], readers: Mapping[str, Reader], limit: int) -> None:
-        self.packages, self.readers, self.left = packages, readers, limit
+    def __init__(
+        self,
+        packages: Mapping[str, Package],
+        readers: Mapping[str, Reader],
+        limit: int,
+        closed: Mapping[str, str],
+    ) -> None:
+        self.packages, self.readers, self.left, self.closed = packages, readers, limit, closed
         self.launched = Launched()
         self.kinds: Mapping[str, Callable[[_Scope, Action], None]] = {
             "arg": self.argument, "let": self.let, "unset": self.unset, "group": self.group,
@@ -471,7 +479,11 @@ class _Run:
             return
         package, path = self.target(scope, file)
         found = self.packages.get(package) if package else scope.package
-        if found is not None and path in found.contents and scope.depth < _MAX_INCLUDES:
+        shown = posixpath.normpath(posixpath.join(found.folder, path)) if found else ""
+        if shown in self.closed:
+            self.launched.files[shown] = None
+            package = self.closed[shown]
+        elif found is not None and path in found.contents and scope.depth < _MAX_INCLUDES:
             within = replace(
                 scope, package=found, path=path, values={**scope.values, **given}, depth=scope.depth + 1
             )

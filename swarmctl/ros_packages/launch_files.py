@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
+from types import MappingProxyType
 
 from swarmctl.ros_packages.package import Package
 from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
@@ -271,13 +272,15 @@ def evaluate(
     packages: Mapping[str, Package],
     *,
     limit: int,
+    closed: Mapping[str, str] = MappingProxyType({}),
 ) -> Launched:
     """Returns what the launch file ``path`` of a package brings, included with ``arguments``.
 
     An argument is None if its value is not known here. It ends after ``limit`` elements, with those of its
-    includes; ``cost`` of the result is their number.
+    includes; ``cost`` of the result is their number. Includes of the files ``closed``, each with its package,
+    are not read.
     """
-    run = _Run(packages, limit)
+    run = _Run(packages, limit, closed)
     scope = _Scope(package, path, namespace, dict(arguments), set())
     run.file(scope, dict(arguments), Place(posixpath.join(package.folder, path), 0))
     run.launched.arguments = {name: scope.arguments.get(name) for name in sorted(scope.declared)}
@@ -286,8 +289,8 @@ def evaluate(
 
 
 class _Run:
-    def __init__(self, packages: Mapping[str, Package], limit: int) -> None:
-        self.packages = packages
+    def __init__(self, packages: Mapping[str, Package], limit: int, closed: Mapping[str, str]) -> None:
+        self.packages, self.closed = packages, closed
         self.launched = Launched()
         self.left = limit
         self.has_output = False  # an attribute of a node
@@ -501,9 +504,11 @@ class _Run:
             if child.name in {"arg", "env"}:
                 self.child(passing, child)
         package, path = self.found(scope, tag, file)
-        if package is None or len(scope.chain) >= _MAX_INCLUDES:
+        shown = posixpath.normpath(posixpath.join(package.folder, path)) if package else ""
+        if package is None or shown in self.closed or len(scope.chain) >= _MAX_INCLUDES:
             match = _FOUND.fullmatch(file or "")
-            if match is None or match[1] in self.packages:
+            self.launched.files |= {shown: None} if shown in self.closed else {}
+            if match is None or (match[1] in self.packages and shown not in self.closed):
                 self.launched.unfound.append(self.place(scope, tag))
             else:
                 place, namespace = self.place(scope, tag), self.namespace(scope, tag)
