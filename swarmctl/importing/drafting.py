@@ -57,6 +57,7 @@ _WHAT = {
     Kind.ANSIBLE: "an Ansible inventory",
     Kind.CLEARPATH: "a Clearpath robot.yaml",
 }
+_TOGETHER = ({Kind.ANSIBLE, Kind.LAUNCH}, {Kind.ANSIBLE, Kind.ROS_2})
 _READS = f"import reads {'; '.join(_WHAT.values())}"
 
 
@@ -93,24 +94,34 @@ def imported(path: Path, kind: Kind | None, spec: Path) -> Imported:
 
 
 def _draft(path: Path, folder: LabFolder, kind: Kind | None, spec: Path) -> Draft:
-    found = _kinds(folder)
-    chosen = _chosen(path, folder, found, kind)
-    files = found[chosen]
+    found = _chosen(path, folder, _kinds(folder), kind)
     known = load_catalog(spec.parent / "robots").types
-    draft = _of_kind(chosen, path, folder, files, known)
-    draft.files |= {*files, *(one for one in folder.texts if one.rpartition("/")[2].startswith(".env"))}
+    draft = _of_kinds(path, folder, found, known)
+    draft.files |= {one for files in found.values() for one in files}
+    draft.files |= {one for one in folder.texts if one.rpartition("/")[2].startswith(".env")}
     return draft
 
 
-def _of_kind(
-    chosen: Kind, path: Path, folder: LabFolder, files: Sequence[str], known: Mapping[str, AnyRobotType]
+def _of_kinds(
+    path: Path,
+    folder: LabFolder,
+    found: Mapping[Kind, Sequence[str]],
+    known: Mapping[str, AnyRobotType],
 ) -> Draft:
-    if chosen is Kind.CLEARPATH:
-        return draft_from_clearpath(folder, files, known)
-    if chosen is Kind.LAUNCH:
-        return draft_from_launch(folder, known)
-    if chosen is Kind.ROS_2:
-        return draft_from_ros_2(folder, known)
+    if Kind.CLEARPATH in found:
+        return draft_from_clearpath(folder, found[Kind.CLEARPATH], known)
+    inventory = None
+    if Kind.ANSIBLE in found:
+        inventory = _of_inventory(path, folder, found[Kind.ANSIBLE], known)
+        inventory.source += ", and launch files and scripts" if len(found) > 1 else ""
+    if Kind.LAUNCH in found:
+        return draft_from_launch(folder, known, inventory)
+    return draft_from_ros_2(folder, known, inventory) if Kind.ROS_2 in found or not inventory else inventory
+
+
+def _of_inventory(
+    path: Path, folder: LabFolder, files: Sequence[str], known: Mapping[str, AnyRobotType]
+) -> Draft:
     if len(files) > 1:
         raise DraftError(
             f"`{path}` has {len(files)} inventories: {', '.join(files[:10])}",
@@ -175,12 +186,14 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
     return Kind.ANSIBLE if is_ini_inventory(path, text) else None
 
 
-def _chosen(path: Path, folder: LabFolder, found: Mapping[Kind, Sequence[str]], kind: Kind | None) -> Kind:
-    """The kind that is given, or the only one there is."""
+def _chosen(
+    path: Path, folder: LabFolder, found: Mapping[Kind, Sequence[str]], kind: Kind | None
+) -> Mapping[Kind, Sequence[str]]:
+    """The files of the kind that is given, of the only one there is, or of one ROS and an inventory."""
     if kind is not None and kind in found:
-        return kind
-    if kind is None and len(found) == 1:
-        return next(iter(found))
+        return {kind: found[kind]}
+    if kind is None and (len(found) == 1 or found.keys() in _TOGETHER):
+        return found
     ways = [f"swarmctl import {path} --from {one.value}" for one in found]
     if not found:
         has = counted((*folder.candidates(), *folder.others), folder.texts)

@@ -22,6 +22,8 @@ class LabHosts:
     def __init__(self, draft: Draft) -> None:
         self.draft = draft
         self._known: dict[str, str] = {}  # hosts by their names and addresses
+        for key, host in draft.hosts.items():
+            self._learn(key, host.name.was or key, host.fields["address"])
 
     def new(self, name: str, place: Place | None, fields: Mapping[str, Value], guess: str = "") -> str:
         """Adds a host; returns its name in the spec. ``fields`` have its address."""
@@ -29,9 +31,12 @@ class LabHosts:
         key = str(named(_short(name), "host", place, hosts).value)
         was = name if key != name and not guess else ""
         hosts[key] = Entry(Value(key, place, guess, was), dict(fields))
+        self._learn(key, name, address)
+        return key
+
+    def _learn(self, key: str, name: str, address: Value) -> None:
         for one in (key, name, _short(name), *([] if address.fill_in else [str(address.value)])):
             self._known.setdefault(one, key)
-        return key
 
     def add(self, name: str, place: Place | None, fields: Mapping[str, Value], guess: str = "") -> str:
         """Adds a host, or what is new about one that is known; returns its name in the spec."""

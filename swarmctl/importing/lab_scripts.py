@@ -130,7 +130,9 @@ def _set(here: Started, one: Assignment) -> None:
     if before is not None and before.value != one.value:
         shown = "" if is_secret(one.name, str(before.value)) else f" to {before.value}"
         here.unread[f"{before.place}: {one.name} is set{shown}, and again in line {one.place.line}"] = None
-    if isinstance(one.value, Unknown):
+    if not isinstance(one.value, Unknown) and "{{" in one.value:
+        here.unread[f"{one.place}: {one.name} is computed by a template"] = None
+    elif isinstance(one.value, Unknown):
         here.variables.pop(one.name, None)
         shown = f": {one.value.why}" if "`" in one.value.why and not is_secret("", one.value.why) else ""
         here.unread[f"{one.place}: {one.name} is computed by the shell{shown}"] = None

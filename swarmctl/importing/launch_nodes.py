@@ -219,8 +219,13 @@ _MULTIMASTERS = {
 }
 
 
-def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Draft:
-    """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types."""
+def draft_from_launch(
+    folder: LabFolder, types: Mapping[str, AnyRobotType], draft: Draft | None = None
+) -> Draft:
+    """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types.
+
+    ``draft`` has what an inventory says, if there is one.
+    """
     whole, packages = whole_folder(folder)
     closed = driver_files(packages, types)
 
@@ -240,7 +245,7 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> D
     started = [*scripts_of(folder, Ros.ONE, one), *(one for _, one in services.values())]
     every = {**launched_in(folder, read, closed), **{one.key: one.launched for one in started}}
     launched = not_included(every)
-    lab = Lab(types, reasons(launched))
+    lab = Lab(types, reasons(launched), draft or Draft("launch files and scripts"))
     lab.draft.files |= files_of(folder, every)
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
@@ -345,12 +350,14 @@ def driver_files(packages: Mapping[str, Package], types: Mapping[str, AnyRobotTy
 class Lab:
     """A draft of what launch files and scripts start."""
 
-    def __init__(self, types: Mapping[str, AnyRobotType], unknown: Mapping[tuple[Place, str], str]) -> None:
+    def __init__(
+        self, types: Mapping[str, AnyRobotType], unknown: Mapping[tuple[Place, str], str], draft: Draft
+    ) -> None:
         self.types = with_protocol(types)
         self.ros_types = {name: one for name, one in types.items() if isinstance(one, RosRobotType)}
         self.drivers = drivers_of(types)
         self.unknown = Unknown(unknown)
-        self.draft = Draft("launch files and scripts")
+        self.draft = draft
         self.hosts = LabHosts(self.draft)
         self.fkie = FkieSettings(self.draft, self.hosts)
         self.machines: dict[str, str] = {}  # hosts by the names of roslaunch
@@ -694,7 +701,8 @@ def launched_in(
             found[path] = one
         if one is not None and path in closed:
             include = Include(closed[path], posixpath.basename(path), "", {}, Place(path, 0), certain=True)
-            found[path] = Launched(files=one.files, includes=[include])
+            why = "what it starts, which the driver of a robot's type is"
+            found[path] = Launched(files=one.files, includes=[include], left_out=[(include.place, why)])
     return found
 
 
@@ -746,6 +754,7 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"
+        yield from _without_effect(one)
         for (file, key), is_used in one.sections.items():
             if not is_used:
                 yield f"{posixpath.normpath(file)}: its parameters of {key}, which no node here has"
@@ -760,6 +769,19 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
                 yield f"{_normal(fault.place)}: the argument `{fault.subject}` is given when it is launched"
             elif fault.kind in (Refusal.BROKEN, Refusal.SKIPPED):
                 yield f"{_normal(fault.place)}: {fault.text}"
+
+
+def _without_effect(launched: Launched) -> Iterator[str]:
+    """The remaps and variables of no node."""
+    remaps = {pair for node in launched.nodes for pair in node.remaps}
+    for (old, new), place in launched.remaps.items():
+        if (old, new) not in remaps:
+            yield f"{_normal(place)}: the remap from {old} to {new} is of no node here"
+    kept = [one.environment for one in launched.nodes] + [one.environment for one in launched.includes]
+    variables = {(one.place, one.name) for environment in kept for one in environment}
+    for one in launched.environment:
+        if (one.place, one.name) not in variables:
+            yield f"{_normal(one.place)}: the variable {one.name} is of no node here"
 
 
 def _normal(place: Place) -> Place:

@@ -61,8 +61,13 @@ def is_ros_2_launch(path: str, text: str) -> bool:
     return path.endswith(YAML) and "launch" in posixpath.basename(path) and "\nlaunch:" in f"\n{text}"
 
 
-def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Draft:
-    """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types."""
+def draft_from_ros_2(
+    folder: LabFolder, types: Mapping[str, AnyRobotType], draft: Draft | None = None
+) -> Draft:
+    """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types.
+
+    ``draft`` has what an inventory says, if there is one.
+    """
     whole, packages = whole_folder(folder)
     closed = driver_files(packages, types)
 
@@ -82,9 +87,8 @@ def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Dr
     started = [*scripts_of(folder, Ros.TWO, one), *(one for _, one in services.values())]
     every = {**launched_in(folder, read, closed), **{one.key: one.launched for one in started}}
     launched = not_included(every)
-    lab = Lab(types, reasons(launched))
+    lab = Lab(types, reasons(launched), draft or Draft("launch files and scripts of ROS 2"))
     lab.draft.files |= files_of(folder, every)
-    lab.draft.source = "launch files and scripts of ROS 2"
     lab.add_scripts(started)
     variables = dict(_variables(started, lab.draft.unread))
     ros = _Ros(lab.draft, lab.hosts, variables)
@@ -97,10 +101,18 @@ def draft_from_ros_2(folder: LabFolder, types: Mapping[str, AnyRobotType]) -> Dr
         lab.add_any_host("the files are for it")
     lab.add_nodes(launched)
     lab.add_services(services)
+    lab.add_parameters(launched)
     add_all_crazyflies(lab.draft, lab.hosts, folder)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     if lab.draft.hosts:
-        lab.draft.first = {**mode_of(lab.draft), "ros": ros.value(_distro(folder))}
+        value = ros.value(_distro(folder))
+        if (simulated := lab.draft.last.pop("ros", None)) is not None:
+            value = replace(
+                value, value={**value.value, **simulated.value}, place=value.place or simulated.place
+            )
+        if (known := lab.draft.first.get("ros")) is not None:  # what an inventory says wins
+            value = replace(known, value={**value.value, **known.value})
+        lab.draft.first = {**(lab.draft.first or mode_of(lab.draft)), "ros": value}
     return lab.draft
 
 

@@ -45,10 +45,12 @@ _SECRET = re.compile(
     r"|(?<![a-z])(key|pin|auth)(?![a-z])|(api|access|private|auth)_?key|(?-i:[a-z]Key)",
     re.I,
 )
-# account:password@host; the addresses of MAVLink, such as udp://:14540@127.0.0.1, have a port there
-_IN_ADDRESS = re.compile(r"(?<!udp:)(?<!tcp:)(?<!udp-b:)(?<!udp-pb:)(?<!tcp-l:)//[^/\s@]*:[^/\s@]*@")
+_IN_ADDRESS = re.compile(r"//[^/\s@]*:[^/\s@]*@")  # account:password@host
+_MAVLINK = re.compile(r"(?:udp|tcp)[a-z-]*://[\d.]*:\d{1,5}@")  # udp://:14540@host has a port there
 
 
 def is_secret(name: str, value: str) -> bool:
     """Returns True if a variable of this name, or with this value, may hold a secret."""
-    return bool(_SECRET.search(name) or _IN_ADDRESS.search(value) or "PRIVATE KEY-----" in value)
+    return bool(
+        _SECRET.search(name) or _IN_ADDRESS.search(_MAVLINK.sub("", value)) or "PRIVATE KEY-----" in value
+    )

@@ -23,6 +23,11 @@ _MAX_INCLUDES = 16  # nested
 _LONGEST = 500  # characters of a value
 _LONGEST_LIST = 4000  # characters of a list as text
 _SHARE = re.compile(r"\$\(find-pkg-share ([A-Za-z0-9_-]+)\)/+([^$]+)")
+_OF_NODES = {
+    "prefix": "", "respawn": ": systemd restarts programs", "respawn_delay": "",
+    "respawn_max_retries": "", "cwd": "", "ros_args": "", "ros_arguments": "", "exec_name": "", "on_exit": "",
+    "shell": "", "sigterm_timeout": "", "sigkill_timeout": "", "extra_arguments": "", "extra_args": "",
+}  # fmt: skip
 _TRUE, _FALSE = ("true", "1"), ("false", "0")
 
 
@@ -145,7 +150,11 @@ def evaluate(
     given = {name: Unknown("a script") if one is None else one for name, one in arguments.items()}
     scope = _Scope(package, path, dict(given))
     run.file(scope, Place(posixpath.join(package.folder, path), 0))
+    run.end(0)
     run.launched.cost = limit - run.left
+    for name, place in run.declared.items():
+        if name not in run.used:
+            run.launched.left_out.append((place, f"the argument {name} is used nowhere here"))
     return run.launched
 
 
@@ -159,10 +168,14 @@ class _Run:
     ) -> None:
         self.packages, self.readers, self.left, self.closed = packages, readers, limit, closed
         self.launched = Launched()
+        self.has_output = False  # an argument of a node
+        self.declared: dict[str, Place] = {}  # launch configurations
+        self.used: set[str] = set()
+        self.pushed: list[tuple[Place, str, int]] = []  # namespaces, each with what was started before
         self.kinds: Mapping[str, Callable[[_Scope, Action], None]] = {
             "arg": self.argument, "let": self.let, "unset": self.unset, "group": self.group,
             "children": self.children_of, "namespace": self.push, "node": self.node,
-            "container": self.container, "load": self.components, "include": self.include,
+            "container": self.container, "load": self.load, "include": self.include,
             "remap": self.remap, "parameter": self.parameter, "environment": self.set_environment,
             "silent": lambda _scope, _action: None, "later": self.later, "opaque": self.opaque,
         }  # fmt: skip
@@ -224,6 +237,7 @@ class _Run:
         if isinstance(value, Unknown) or self.left <= 0:
             return value if isinstance(value, Unknown) else Unknown("too much to evaluate")
         if isinstance(value, Variable):
+            self.used.add(value.name)
             found = scope.values.get(value.name)
             if found is None and value.default is not None:
                 return self.text(scope, value.default)
@@ -273,6 +287,7 @@ class _Run:
         name = self.text(scope, action.arguments.get("name"))
         if isinstance(name, Unknown):
             return
+        self.declared.setdefault(name, self.place(scope, action.line))
         if name not in scope.values:
             default = action.arguments.get("default")
             value = Unknown(f"the argument `{name}`") if default is None else self.text(scope, default)
@@ -284,6 +299,7 @@ class _Run:
     def let(self, scope: _Scope, action: Action) -> None:
         name = self.text(scope, action.arguments.get("name"))
         if not isinstance(name, Unknown):
+            self.declared.setdefault(name, self.place(scope, action.line))
             value = self.text(scope, action.arguments.get("value", ""))
             scope.values[name] = value if scope.certain else Unknown(scope.condition)
 
@@ -297,12 +313,21 @@ class _Run:
         inner = scope if _is_true(scoped) is False else scope.inner()
         for name, value in _pairs(action.arguments.get("values")):
             inner.values[name] = self.text(scope, value)
+        first = len(self.pushed)
         self.actions(inner, action.arguments.get("actions", ()))
+        self.end(first)
 
-    def children_of(self, scope: _Scope, action: Action) -> None:
-        self.actions(scope, action.arguments.get("actions", ()))
+    def end(self, first: int) -> None:
+        """Lists namespaces of a scope that ends, from number ``first`` on, in which nothing starts."""
+        for place, namespace, started in self.pushed[first:]:
+            if started == len(self.launched.nodes) + len(self.launched.includes):
+                self.launched.left_out.append((place, f"nothing starts in the namespace {namespace}"))
+        del self.pushed[first:]
 
     def push(self, scope: _Scope, action: Action) -> None:
+        started = len(self.launched.nodes) + len(self.launched.includes)
+        namespace = str(self.text(scope, action.arguments.get("namespace", "")))
+        self.pushed.append((self.place(scope, action.line), namespace, started))
         scope.namespace = self.joined(scope, action.arguments.get("namespace", ""))
 
     def joined(self, scope: _Scope, value: Any) -> str | Unknown:
@@ -345,9 +370,19 @@ class _Run:
         )
         if scope.condition:
             self.launched.unknown.setdefault((place, "if"), scope.condition)
-        for key, what in (("prefix", "its prefix"), ("respawn", "its respawn: systemd restarts programs")):
-            if arguments.get(key) not in (None, False, "false", ""):
-                self.not_read(scope, action.line, what)
+        self.unkeyed(scope, action)
+
+    def unkeyed(self, scope: _Scope, action: Action) -> None:
+        """Lists arguments of a node that have no counterpart in a spec."""
+        for key, what in _OF_NODES.items():
+            if action.arguments.get(key) not in (None, False, "false", ""):
+                value = self.text(scope, action.arguments[key])
+                shown = f" (`{value}`)" if isinstance(value, str) else ""
+                self.not_read(scope, action.line, f"its {key}{shown}{what}")
+        if action.arguments.get("output") and not self.has_output:
+            self.has_output = True
+            why = "the journal of a host has what its programs print"
+            self.not_read(scope, action.line, f"output of this node and of others: {why}")
 
     def remaps(self, scope: _Scope, action: Action) -> Iterator[tuple[str, str]]:
         for pair in _items(action.arguments.get("remappings")):
@@ -453,8 +488,19 @@ class _Run:
                 found = self.text(scope, value)
                 yield Setting(str(name), None if isinstance(found, Unknown) else found, place)
 
+    def children_of(self, scope: _Scope, action: Action) -> None:
+        if (period := action.arguments.get("period")) is not None:
+            value = self.text(scope, period)
+            shown = value if isinstance(value, str) else "?"
+            self.not_read(scope, action.line, f"its period of {shown} s; programs start when they can")
+        self.actions(scope, action.arguments.get("actions", ()))
+
     def container(self, scope: _Scope, action: Action) -> None:
         self.not_read(scope, action.line, "a container of components, of which each runs on its own")
+        self.components(scope, action)
+
+    def load(self, scope: _Scope, action: Action) -> None:
+        self.not_read(scope, action.line, "its container: each component runs on its own")
         self.components(scope, action)
 
     def components(self, scope: _Scope, action: Action) -> None:
@@ -493,6 +539,12 @@ class _Run:
             self.launched.unknown.setdefault((place, "if"), scope.condition)
         if isinstance(scope.namespace, Unknown):
             self.launched.unknown.setdefault((place, "namespace"), scope.namespace.why)
+        for old, new in scope.remaps:
+            why = f"it has no remap from {old} to {new}; write it in its launch file"
+            self.not_read(scope, action.line, why)
+        for setting in scope.parameters:
+            why = f"it has no parameter {setting.name}; write it in its launch file"
+            self.not_read(scope, action.line, why)
         for key, one in given.items():
             if isinstance(one, Unknown):
                 self.launched.unknown.setdefault((place, f"argument {key}"), one.why)
@@ -512,13 +564,16 @@ class _Run:
     def remap(self, scope: _Scope, action: Action) -> None:
         ends = [self.text(scope, action.arguments.get(key)) for key in ("from", "to")]
         if all(isinstance(one, str) for one in ends):
-            scope.remaps = (*scope.remaps, (str(ends[0]), str(ends[1])))
+            pair = (str(ends[0]), str(ends[1]))
+            scope.remaps = (*scope.remaps, pair)
+            self.launched.remaps.setdefault(pair, self.place(scope, action.line))
 
     def parameter(self, scope: _Scope, action: Action) -> None:
         name = self.text(scope, action.arguments.get("name"))
         if not isinstance(name, Unknown):
             one = self.setting(scope, self.place(scope, action.line), name, action.arguments.get("value"))
             scope.parameters = (*scope.parameters, one)
+            self.launched.parameters.append(one)
 
     def set_environment(self, scope: _Scope, action: Action) -> None:
         name = self.text(scope, action.arguments.get("name"))

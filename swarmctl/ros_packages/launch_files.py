@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import posixpath
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from types import MappingProxyType
@@ -131,6 +131,7 @@ class Launched:
     unfound: list[Place] = field(default_factory=list)  # includes whose file is not known here
     includes: list[Include] = field(default_factory=list)  # of files that are not here
     left_out: list[tuple[Place, str]] = field(default_factory=list)  # what has no counterpart in a spec
+    remaps: dict[tuple[str, str], Place] = field(default_factory=dict)  # of all elements, also without a node
     unknown: dict[tuple[Place, str], str] = field(default_factory=dict)
     """The substitution on which an attribute depends; `if` is also `unless`, and that of what is around."""
     sections: dict[tuple[str, str], bool] = field(default_factory=dict)
@@ -152,6 +153,7 @@ class Launched:
 _ARGUMENT = re.compile(r"\$\(([^()$]{0,200})\)")
 #: What roslaunch replaces by the folder of a package.
 FIND = re.compile(r"\$\(find [A-Za-z0-9_-]+\)", re.ASCII)
+_USED = re.compile(r"\$\(arg\s+([^()$\s]+)\s*\)|\barg\('([^']+)'\)")
 _LATER = {"env", "optenv", "anon"}  # known on the host only
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 _OF_NODES = {
@@ -161,7 +163,7 @@ _OF_NODES = {
     "launch-prefix": "has no key in a spec; write `command`",
     "cwd": "has no key in a spec",
     "clear_params": "has no key in a spec",
-}
+}  # attributes of nodes without a counterpart
 _WORDS = {"true": True, "1": True, "false": False, "0": False}
 
 Arguments = Mapping[str, str | None]  # None: declared, with a value that is not known here
@@ -285,6 +287,9 @@ def evaluate(
     run.file(scope, dict(arguments), Place(posixpath.join(package.folder, path), 0))
     run.launched.arguments = {name: scope.arguments.get(name) for name in sorted(scope.declared)}
     run.launched.cost = limit - run.left
+    for (file, name), place in run.declared.items():
+        if (file, name) not in run.used:
+            run.launched.left_out.append((place, f"the argument {name} is used nowhere here"))
     return run.launched
 
 
@@ -294,6 +299,8 @@ class _Run:
         self.launched = Launched()
         self.left = limit
         self.has_output = False  # an attribute of a node
+        self.declared: dict[tuple[str, str], Place] = {}  # arguments by file and name
+        self.used: set[tuple[str, str]] = set()
         self.reasons: dict[str, str] = {}  # the substitutions on which arguments depend
         self.elements: Mapping[str, Callable[[_Scope, Tag], None]] = {
             "arg": self.argument,
@@ -416,6 +423,7 @@ class _Run:
     def value(self, scope: _Scope, tag: Tag, key: str) -> str | None:
         folder = posixpath.join(f"$(find {scope.package.name})", posixpath.dirname(scope.path))
         found = substituted(tag.attributes[key], scope.arguments, folder)
+        self.used |= {(scope.path, one[1] or one[2]) for one in _USED.finditer(tag.attributes[key])}
         for match in _FOUND.finditer(found or tag.attributes[key]) if scope.certain else ():
             self.launched.packages.setdefault(match[1], self.place(scope, tag))
         found = found if found is None or len(found) <= _LONGEST else None
@@ -429,11 +437,14 @@ class _Run:
         if name is None:
             return
         into = scope.arguments if scope.in_include is None else scope.in_include
+        if scope.in_include is None:
+            self.declared.setdefault((scope.path, name), self.place(scope, tag))
         if not scope.certain:
             scope.declared.add(name)
             scope.perhaps.add(name)
             self.reasons[name] = scope.condition
             into.setdefault(name, None)
+            self.left_out(scope, tag, f"whether the argument {name} is set depends on {scope.condition}")
             return
         if name in scope.declared and not scope.passes_all:
             self.fault(scope, tag, Refusal.BROKEN, name, f"the argument `{name}` is declared twice")
@@ -448,11 +459,24 @@ class _Run:
             if name not in into:
                 self.reasons[name] = self.reason(scope, tag, "default")
             into.setdefault(name, value)
+        elif scope.in_include is not None:
+            self.left_out(scope, tag, f"the argument {name} has no value here")
 
     def group(self, scope: _Scope, tag: Tag) -> None:
         inner = scope.inner()
         inner.namespace = self.namespace(scope, tag)
+        self.unkeyed(scope, tag, ("clear_params",))
+        started = len(self.launched.nodes) + len(self.launched.includes)
         self.children(inner, tag)
+        if "ns" in tag.attributes and started == len(self.launched.nodes) + len(self.launched.includes):
+            self.left_out(scope, tag, f"nothing starts in the namespace {tag.attributes['ns']}")
+
+    def unkeyed(self, scope: _Scope, tag: Tag, keys: Iterable[str]) -> None:
+        """Lists attributes that have no counterpart in a spec."""
+        for key in keys:
+            if tag.attributes.get(key, "false") not in ("false", "0"):
+                why = _OF_NODES.get(key, "has no key in a spec")
+                self.left_out(scope, tag, f'{key}="{tag.attributes[key]}" {why}')
 
     def namespace(self, scope: _Scope, tag: Tag) -> str | None:
         if "ns" not in tag.attributes:
@@ -474,9 +498,7 @@ class _Run:
                 self.child(inner, child)
         if package is not None and scope.certain:
             found.packages.setdefault(package, self.place(scope, tag))
-        for key, why in _OF_NODES.items():
-            if tag.attributes.get(key, "false") not in ("false", "0"):
-                self.left_out(scope, tag, f'{key}="{tag.attributes[key]}" {why}')
+        self.unkeyed(scope, tag, _OF_NODES)
         if "output" in tag.attributes and not self.has_output:
             self.has_output = True
             why = "the journal of a host has what its programs print"
@@ -504,6 +526,7 @@ class _Run:
             if child.name in {"arg", "env"}:
                 self.child(passing, child)
         package, path = self.found(scope, tag, file)
+        self.unkeyed(scope, tag, ("clear_params",))
         shown = posixpath.normpath(posixpath.join(package.folder, path)) if package else ""
         if package is None or shown in self.closed or len(scope.chain) >= _MAX_INCLUDES:
             match = _FOUND.fullmatch(file or "")
@@ -514,6 +537,7 @@ class _Run:
                 place, namespace = self.place(scope, tag), self.namespace(scope, tag)
                 if scope.condition:
                     self.launched.unknown.setdefault((place, "if"), scope.condition)
+                self.around(scope, tag)
                 if namespace is None:
                     self.launched.unknown.setdefault((place, "namespace"), "the namespace around it")
                 one = Include(
@@ -529,6 +553,11 @@ class _Run:
         )  # fmt: skip
         certain = {name: value for name, value in given.items() if name not in passing.perhaps}
         self.file(inner, certain, self.place(scope, tag))
+
+    def around(self, scope: _Scope, tag: Tag) -> None:
+        """Lists the remaps around an include whose file is not here."""
+        for old, new in scope.remaps:
+            self.left_out(scope, tag, f"it has no remap from {old} to {new}; write it in its launch file")
 
     def found(self, scope: _Scope, tag: Tag, file: str | None) -> tuple[Package | None, str]:
         """The package and the path in it; reports a file that a found package does not have."""
@@ -549,16 +578,17 @@ class _Run:
     def parameter(self, scope: _Scope, tag: Tag) -> None:
         name = self.value(scope, tag, "name")
         value = self.value(scope, tag, "value") if "value" in tag.attributes else None
-        if name is not None and scope.certain:
+        if name is not None and not scope.condition:
             kind = self.optional(scope, tag, "type") or ""
             self.launched.parameters.append(Setting(name, value, self.place(scope, tag), kind))
+        self.unkeyed(scope, tag, ("textfile", "binfile", "command"))
         if "textfile" in tag.attributes:
             self.found(scope, tag, self.value(scope, tag, "textfile"))
 
     def rosparam(self, scope: _Scope, tag: Tag) -> None:
         name = _joined(self.optional(scope, tag, "ns"), self.optional(scope, tag, "param"))
         text = self.rosparam_text(scope, tag)
-        found = Rosparam(name, text if scope.certain else None, self.place(scope, tag))
+        found = Rosparam(name, None if scope.condition else text, self.place(scope, tag))
         self.launched.rosparams.append(found)
 
     def rosparam_text(self, scope: _Scope, tag: Tag) -> str | None:
@@ -576,10 +606,11 @@ class _Run:
         old, new = self.value(scope, tag, "from"), self.value(scope, tag, "to")
         if old is not None and new is not None:
             scope.remaps = (*scope.remaps, (old, new))
+            self.launched.remaps.setdefault((old, new), self.place(scope, tag))
 
     def environment(self, scope: _Scope, tag: Tag) -> None:
         name, value = self.value(scope, tag, "name"), self.value(scope, tag, "value")
-        if name is not None and scope.certain:
+        if name is not None and not scope.condition:
             one = Setting(name, value, self.place(scope, tag))
             self.launched.environment.append(one)
             scope.environment = (*scope.environment, one)
@@ -592,9 +623,9 @@ class _Run:
             name, address, user, port, self.place(scope, tag),
             is_default=default == "true", has_password="password" in tag.attributes, certain=scope.certain,
         )  # fmt: skip
-        for key in ("env-loader", "timeout", "ros-root", "ros-package-path", "ros-ip", "ros-host-name"):
-            if key in tag.attributes:
-                self.left_out(scope, tag, f'{key}="{tag.attributes[key]}" has no key in a spec')
+        self.unkeyed(scope, tag, ("env-loader", "timeout", "ros-root", "ros-package-path", "ros-ip"))
+        if default not in ("", "true", "false"):
+            self.unkeyed(scope, tag, ("default",))
         self.launched.machines.append(found)
 
     def master(self, scope: _Scope, tag: Tag) -> None:

@@ -875,7 +875,8 @@ def _of_include(given: Sequence[Any], named: _Arguments) -> _Arguments:
 
 
 def _of_timer(given: Sequence[Any], named: _Arguments) -> _Arguments:
-    return {"actions": named.get("actions") or (given[1] if len(given) > 1 else [])}
+    actions = named.get("actions") or (given[1] if len(given) > 1 else [])
+    return {"actions": actions, "period": _argument(given, named, 0, "period")}
 
 
 def _of_process(_given: Sequence[Any], named: _Arguments) -> _Arguments:

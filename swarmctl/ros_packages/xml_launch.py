@@ -138,17 +138,20 @@ def _arguments(tag: Tag, kind: str, unread: dict[int, str]) -> Mapping[str, Any]
     if kind in ("group", "children"):
         found["actions"] = [*_actions(tag, unread)]
     elif kind in ("node", "container"):
+        for one in tag.children:
+            if one.name not in ("param", "remap", "env", "composable_node"):
+                unread.setdefault(one.line, f"<{one.name}> has no key in a spec")
         found |= {
             "package": found.get("pkg"),
             "executable": found.get("exec"),
             "arguments": found.get("args"),
             "prefix": found.get("launch_prefix"),
             "parameters": [*_parameters(tag)],
-            "remappings": [(text_of(a), text_of(b)) for a, b in _pairs(tag, "remap", "from", "to")],
-            "env": [(a, text_of(b)) for a, b in _pairs(tag, "env", "name", "value")],
+            "remappings": [(text_of(a), text_of(b)) for a, b in _pairs(tag, "remap", "from", "to", unread)],
+            "env": [(a, text_of(b)) for a, b in _pairs(tag, "env", "name", "value", unread)],
         }
     elif kind == "include":
-        given = [*_pairs(tag, "arg", "name", "value"), *_pairs(tag, "let", "name", "value")]
+        given = [*_pairs(tag, "arg", "name", "value", unread), *_pairs(tag, "let", "name", "value", unread)]
         found["arguments"] = [(text_of(a), text_of(b)) for a, b in given]
     elif kind == "later":
         found["what"] = f"it runs `{tag.attributes.get('cmd', '')[:60]}`"
@@ -165,10 +168,14 @@ def _text(tag: Tag, key: str) -> Any:
     return text_of(tag.attributes.get(key, ""))
 
 
-def _pairs(tag: Tag, name: str, first: str, second: str) -> Iterator[tuple[str, str]]:
+def _pairs(tag: Tag, name: str, first: str, second: str, unread: dict[int, str]) -> Iterator[tuple[str, str]]:
     for one in tag.children:
+        if one.name == name and _condition(one) is not None:
+            unread.setdefault(one.line, f"the condition of a <{name}>, which launch does not read there")
         if one.name == name and first in one.attributes and second in one.attributes:
             yield one.attributes[first], one.attributes[second]
+        elif one.name == name:
+            unread.setdefault(one.line, f"<{name}> needs `{first}` and `{second}`")
 
 
 def _parameters(tag: Tag) -> Iterator[Any]:
