@@ -28,6 +28,7 @@ class Value:
     was: str = ""
     fill_in: str = ""
     needed: str = ""
+    instead: str = ""  # what a spec has, where the two are compared
 
     @property
     def source(self) -> str:
@@ -35,7 +36,9 @@ class Value:
         if self.fill_in:
             return ""
         was = f"{literal(self.was, chr(34))} there" if self.was else ""
-        was = ", ".join(one for one in (was, f"ROS needs {self.needed}" if self.needed else "") if one)
+        needed = f"ROS needs {self.needed}" if self.needed else ""
+        instead = f"the spec has {self.instead}" if self.instead else ""
+        was = ", ".join(one for one in (was, needed, instead) if one)
         if not self.guess:
             return ", ".join(one for one in (f"from {self.place}" if self.place else "", was) if one)
         there = ", ".join(one for one in (str(self.place or ""), was) if one)
@@ -123,6 +126,21 @@ def lines_of(draft: Draft) -> list[Line]:
         *(_field("", key, one) for key, one in draft.last.items()),
         *_multimaster(draft),
     ]
+
+
+def lines_beyond(draft: Draft, spec: str) -> list[Line]:
+    """Returns the lines of what a draft has and a spec has not; none if the spec has all of it."""
+    unlinked = {one.value["robot"] for one in draft.lines if one.fill_in}
+    found = [
+        *(_field("", key, one) for key, one in draft.first.items()),
+        *(_section("hosts", draft.hosts) if draft.hosts else ()),
+        *(_section("robots", draft.robots, unlinked) if draft.robots else ()),
+        *_links([*draft.networks, *draft.lines]),
+        *(_section("programs", draft.programs) if draft.programs else ()),
+        *_multimaster(draft),
+    ]
+    head = Line(f"# What {_one_line(draft.source)} has and {_one_line(spec)} has not.")
+    return [head, *found] if found else []
 
 
 def text_of_lines(lines: Sequence[Line]) -> str:
@@ -227,7 +245,7 @@ def _entry(name: str, entry: Entry, *, is_unlinked: bool) -> Sequence[Line]:
 
 def _field(indent: str, key: str, one: Value, shown: Place | None = None) -> Line:
     """A value; its source is left out if it is the place ``shown`` by the comment above it."""
-    is_shown = shown is not None and one.place == shown and not one.guess and not one.was
+    is_shown = shown is not None and one.place == shown and not (one.guess or one.was or one.instead)
     mark = "# " if one.fill_in else ""
     return Line(f"{indent}{mark}{key}: {literal(one.value)}", "" if is_shown else one.source, one.todo)
 

@@ -14,11 +14,12 @@ from swarmctl.importing.ansible_hosts import (
     is_ini_inventory,
     is_yaml_inventory,
 )
+from swarmctl.importing.beyond_spec import beyond
 from swarmctl.importing.clearpath_robot import draft_from_clearpath, is_clearpath
 from swarmctl.importing.compose_services import is_compose, is_compose_of_ros_1
 from swarmctl.importing.crazyflies import is_crazyflies
 from swarmctl.importing.dds_profiles import rmw_of
-from swarmctl.importing.draft import Draft, lines_of, summary, text_of_lines, with_errors
+from swarmctl.importing.draft import Draft, lines_beyond, lines_of, summary, text_of_lines, with_errors
 from swarmctl.importing.file_kinds import counted, unused
 from swarmctl.importing.lab_folder import (
     LAUNCH,
@@ -38,6 +39,7 @@ from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.package import NO_PACKAGES
 from swarmctl.rulebook import Severity
 from swarmctl.spec.catalog import load_catalog
+from swarmctl.spec.load import Document
 from swarmctl.yamltext.compose import compose
 from swarmctl.yamltext.files import LoadBudget, content
 
@@ -75,6 +77,21 @@ class Imported:
 
 def imported(path: Path, kind: Kind | None, spec: Path) -> Imported:
     """Returns the draft of what lies at ``path``, to become the file ``spec``. Raises `DraftError`."""
+    draft = _drafted(path, kind, spec)
+    lines = lines_of(draft)
+    lines = with_errors(lines, _errors(text_of_lines(lines).encode(), spec))
+    return Imported(text_of_lines(lines), summary(draft, lines))
+
+
+def compared(path: Path, kind: Kind | None, document: Document, spec: Path) -> Imported:
+    """Returns what lies at ``path`` and is not in a spec. Raises `DraftError`."""
+    draft = _drafted(path, kind, spec)
+    unread = len(dict.fromkeys(draft.unread))
+    lines = lines_beyond(beyond(draft, document.spec), str(spec))
+    return Imported(text_of_lines(lines), f"{unread} not read" if unread else "")
+
+
+def _drafted(path: Path, kind: Kind | None, spec: Path) -> Draft:
     if not path.exists():
         raise DraftError(f"there is no file or folder `{path}`", _READS)
     folder = lab_folder(path)
@@ -88,9 +105,7 @@ def imported(path: Path, kind: Kind | None, spec: Path) -> Imported:
         problem = f"`{path}` names no host, robot or program that can be imported"
         raise DraftError(problem, *draft.unread[:5], "swarmctl init writes a first spec")
     arrange(draft)
-    lines = lines_of(draft)
-    lines = with_errors(lines, _errors(text_of_lines(lines).encode(), spec))
-    return Imported(text_of_lines(lines), summary(draft, lines))
+    return draft
 
 
 def _draft(path: Path, folder: LabFolder, kind: Kind | None, spec: Path) -> Draft:

@@ -1,4 +1,4 @@
-"""``swarmctl import``: drafts a spec from launch files, an Ansible inventory or a Clearpath robot.yaml."""
+"""``swarmctl import``: drafts a spec from the files of a lab, or shows what they have and a spec has not."""
 
 from __future__ import annotations
 
@@ -29,22 +29,37 @@ def import_(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write the draft to a file.")
     ] = None,
+    onto: Annotated[
+        Path | None,
+        typer.Option("--onto", metavar="SPEC", help="Show only what a spec has not, and write nothing."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
 ) -> None:
-    """Draft a spec from launch files and scripts, an Ansible inventory or a Clearpath robot.yaml.
+    """Draft a spec from launch files, scripts, Compose files, an Ansible inventory, Clearpath's robot.yaml.
 
     A comment at each value names the line that it comes from, or why it is a guess. Secrets are left out.
     """
-    from swarmctl.importing.drafting import DraftError, imported
+    from swarmctl.importing.drafting import DraftError, compared, imported
 
+    if onto is not None and out is not None:
+        console.fail("--onto writes nothing; leave out --out", code=exit_codes.USAGE)
     spec = out or Path("swarm.yaml")
     if out is not None and out.exists() and not force:
         console.fail(f"{out} exists already", "choose another file, or use --force to overwrite it")
     try:
-        found = imported(path, _kind(kind), spec)
+        if onto is None:
+            found = imported(path, _kind(kind), spec)
+        else:
+            document = console.read_document(SpecFiles((onto,)))
+            found = compared(path, _kind(kind), document, onto)
     except DraftError as error:
         problem, *help_lines = error.args
         console.fail(problem, *help_lines)
+    if onto is not None:
+        print(found.text or f"{onto} has all that is read of {path}\n", end="", flush=True)
+        if found.summary:
+            console.err().print(f"{found.summary}: swarmctl import {path} lists it")
+        return
     validate = SpecFiles((spec,)).command("validate")
     if out is None:
         print(found.text, end="", flush=True)
