@@ -21,6 +21,7 @@ _KINDS = tuple(
         (r"launch[^/]*\.py$", "Python file without a launch description"),
         (r"\.py$", "Python file"),
         (r"(^|/)[^/]*Dockerfile[^/]*$", "Dockerfile"),
+        (r"\.j2$", "template"),
         (r"\.(service|timer)$", "unit of systemd"),
         (r"\.(sh|bash|zsh|env)$", "script without ROS"),
         (r"\.(md|rst|txt|pdf)$", "text to read"),
@@ -42,8 +43,8 @@ def what_it_is(path: str, text: str = "") -> str:
 def counted(paths: Iterable[str], texts: Mapping[str, str]) -> str:
     """Returns how many files of each kind there are: "3 robot descriptions, 1 recording"."""
     counts = Counter(what_it_is(one, texts.get(one, "")) for one in paths)
-    shown = [f"{count} {_several(what) if count > 1 else what}" for what, count in counts.most_common(_MOST)]
-    return ", ".join(shown)
+    first = sorted(counts.items(), key=lambda one: (-one[1], one[0]))[:_MOST]
+    return ", ".join(f"{count} {_several(what) if count > 1 else what}" for what, count in first)
 
 
 def unused(paths: Iterable[str], texts: Mapping[str, str]) -> Iterator[str]:

@@ -111,7 +111,8 @@ def draft_from_ros_2(
                 value, value={**value.value, **simulated.value}, place=value.place or simulated.place
             )
         if (known := lab.draft.first.get("ros")) is not None:  # what an inventory says wins
-            value = replace(known, value={**value.value, **known.value})
+            own = {key: one for key, one in known.value.items() if key != "distro" or not known.guess}
+            value = replace(known, value={**value.value, **own}, guess=value.guess)
         lab.draft.first = {**(lab.draft.first or mode_of(lab.draft)), "ros": value}
     return lab.draft
 

@@ -153,6 +153,8 @@ def _arguments(tag: Tag, kind: str, unread: dict[int, str]) -> Mapping[str, Any]
     elif kind == "include":
         given = [*_pairs(tag, "arg", "name", "value", unread), *_pairs(tag, "let", "name", "value", unread)]
         found["arguments"] = [(text_of(a), text_of(b)) for a, b in given]
+    elif kind == "parameter":
+        found["value"] = _value(tag)
     elif kind == "later":
         found["what"] = f"it runs `{tag.attributes.get('cmd', '')[:60]}`"
     if kind in ("container", "load"):

@@ -51,3 +51,33 @@ FILES = ["x.launch", "hosts.ini", "hosts", "robot.yaml", "env.sh"]
 def test_odd_files_are_drafted_or_refused(pieces: list[str], name: str) -> None:
     with tempfile.TemporaryDirectory() as folder, suppress(DraftError):
         draft(lab(Path(folder), {name: "".join(pieces)}))
+
+
+@pytest.mark.parametrize(
+    ("files", "shown"),
+    [
+        (
+            {"a.urdf": "<robot/>", "b.xacro": "<robot/>", "src/c.cpp": "", "msg/D.msg": "", "e.bag": ""},
+            "2 robot descriptions, 1 C or C++ source, 1 interface of ROS, 1 recording",
+        ),
+        ({"launch/helper.py": "x = 1\n"}, "1 Python file"),
+        ({"config/nav.yaml": "n:\n  ros__parameters: {a: 1}\n"}, "1 parameter file of ROS 2"),
+        ({"start.sh": "echo hello\n"}, "1 script without ROS"),
+        ({}, "no file"),
+    ],
+)
+def test_what_cannot_be_imported_is_named_by_its_kind(
+    files: dict[str, str], shown: str, tmp_path: Path
+) -> None:
+    with pytest.raises(DraftError) as error:
+        draft(lab(tmp_path, files))
+    assert error.value.args[0].endswith(f"has nothing that can be imported: {shown}")
+
+
+def test_a_file_that_nothing_uses_is_named(tmp_path: Path) -> None:
+    nodes = '<launch><node pkg="p" exec="e" name="n"/></launch>'
+    files = {"a.launch.xml": nodes, "config/a.yaml": "a: 1\n", "config/b.yaml": "b: 1\n", "c.sh": "echo\n"}
+    made = draft(lab(tmp_path, files))
+    assert "#   c.sh: script without ROS that nothing here uses\n" in made.text
+    assert "#   config/a.yaml, config/b.yaml: YAML files that nothing here uses\n" in made.text
+    assert "; 7 values: 3 kept, 2 to fill in, 2 not read; " in made.summary

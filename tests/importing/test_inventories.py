@@ -235,3 +235,19 @@ def test_variables_of_ros_2_are_a_draft_of_ros_2(tmp_path: Path) -> None:
     }
     assert "robot_type `turtelbot4` of host `desk` is no type; did you mean `turtlebot4`?" in made.text
     assert "has no key in a spec" not in made.text
+
+
+def test_an_inventory_and_launch_files_are_one_draft(tmp_path: Path) -> None:
+    """Nodes start on the hosts of the inventory, which says what it knows of ROS."""
+    files = {
+        "hosts.ini": "[robots]\nr1 ansible_host=10.0.0.1\nr2 ansible_host=10.0.0.2\n"
+        "[robots:vars]\nros_domain_id=4\n",
+        "r1.launch.xml": '<launch><node pkg="p" exec="e" name="n"/></launch>',
+        "setup.bash": "source /opt/ros/humble/setup.bash\nexport RMW_IMPLEMENTATION=rmw_cyclonedds_cpp\n",
+        "start.sh": "ssh pi@10.0.0.2 ros2 run camera driver\n",
+    }
+    found = data(draft(lab(tmp_path, files)))
+    assert found["hosts"] == {"r1": {"address": "10.0.0.1"}, "r2": {"address": "10.0.0.2", "user": "pi"}}
+    assert found["ros"] == {"distro": "humble", "domain": 4, "rmw": "cyclonedds"}
+    assert {name: one["host"] for name, one in found["programs"].items()} == {"n": "r1", "driver": "r2"}
+    assert found["groups"] == {"robots": ["r1", "r2"]}

@@ -198,3 +198,82 @@ def test_files_of_both_are_not_mixed(tmp_path: Path) -> None:
 def test_a_python_file_that_is_no_launch_file_is_left(tmp_path: Path) -> None:
     with pytest.raises(DraftError, match="nothing that can be imported"):
         draft(lab(tmp_path, {"launch/helper.py": "x = 1\n"}))
+
+
+PARTS = """
+from launch import LaunchDescription
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PythonExpression
+from launch_ros.actions import ComposableNodeContainer, Node, PushRosNamespace
+from launch_ros.descriptions import ComposableNode
+from nav2_common.launch import RewrittenYaml
+
+def generate_launch_description():
+    return LaunchDescription([
+        ComposableNodeContainer(
+            name='cameras', namespace='', package='rclcpp_components', executable='component_container',
+            composable_node_descriptions=[
+                ComposableNode(
+                    package='camera', plugin='camera::Node', name='front', namespace='tb_1',
+                    parameters=[{'rate': 30}, {'token': 'hunter2'}], remappings=[('image', 'front/image')]),
+            ]),
+        Node(package='nav', executable='planner', parameters=[
+            RewrittenYaml(source_file='config/nav.yaml', param_rewrites={'use_sim_time': 'true'})]),
+        Node(package='p', executable='chosen', name=PythonExpression(["'a' + '", 'b', "'"])),
+        PushRosNamespace(EnvironmentVariable('ROBOT', default_value='tb_9')),
+        Node(package='p', executable='e', name='somewhere'),
+    ])
+"""
+NAV = """\
+planner:
+  ros__parameters: {use_sim_time: false, speed: 0.2}
+controller:
+  ros__parameters: {speed: 0.3}
+"""
+
+
+def test_components_files_that_nav2_rewrites_and_unknown_namespaces(tmp_path: Path) -> None:
+    made = draft(lab(tmp_path, {"a.launch.py": PARTS, "config/nav.yaml": NAV}))
+    programs = data(made)["programs"]
+    assert programs["front"]["command"] == [
+        "ros2", "component", "standalone", "camera", "camera::Node", "-n", "front",
+        "--node-namespace", "/tb_1", "-r", "image:=front/image", "-p", "rate:=30",
+    ]  # fmt: skip
+    assert programs["planner"]["params"] == {"use_sim_time": True, "speed": 0.2}
+    assert programs["ab"]["executable"] == "chosen"
+    assert "namespace" not in programs["somewhere"]
+    for line in (
+        "    # namespace: robot  # fill in: a.launch.py:21: `namespace` depends on $(env ROBOT), by default ",
+        "#   a.launch.py:10: a container of components, of which each runs on its own",
+        "#   a.launch.py:13: token may be a secret",
+        "#   config/nav.yaml: its parameters of controller, which no node here has",
+    ):
+        assert line in made.text
+    assert "hunter2" not in made.text
+
+
+def test_a_driver_that_lies_in_the_folder_is_its_robot(tmp_path: Path) -> None:
+    """Not the nodes that its launch files start."""
+    driver = '<launch><node pkg="turtlebot3_node" exec="turtlebot3_ros" name="n"/>{}</launch>'
+    include = '<include file="$(find-pkg-share turtlebot3_bringup)/launch/{}"/>'
+    group = f'<group><push_ros_namespace namespace="tb_1"/>{include.format("robot.launch.py")}</group>'
+    python = (
+        "def generate_launch_description():\n"
+        "    return LaunchDescription([IncludeLaunchDescription('state.launch.xml')])\n"
+    )
+    files = {
+        "src/turtlebot3_bringup/package.xml": "<package><name>turtlebot3_bringup</name></package>",
+        "src/turtlebot3_bringup/launch/robot.launch.py": python,
+        "src/turtlebot3_bringup/launch/state.launch.xml": driver.format(""),
+    }
+    alone = data(draft(lab(tmp_path / "alone", files)))
+    assert ([*alone["robots"]], alone.get("programs")) == (["turtlebot3-burger"], None)
+    fleet = data(draft(lab(tmp_path / "fleet", {**files, "fleet.launch.xml": f"<launch>{group}</launch>"})))
+    assert ([*fleet["robots"]], fleet.get("programs")) == (["tb-1"], None)
+
+
+def test_a_parameter_of_all_nodes_is_that_of_each(tmp_path: Path) -> None:
+    text = (
+        '<launch><set_parameter name="use_sim_time" value="true"/><node pkg="p" exec="e" name="n"/></launch>'
+    )
+    programs = data(draft(lab(tmp_path, {"a.launch.xml": text})))["programs"]
+    assert programs["n"]["params"] == {"use_sim_time": True}
