@@ -22,7 +22,7 @@ _WRITE = (
     ),
     Verb(
         "import",
-        "Draft a spec from launch files and scripts, an Ansible inventory or a Clearpath robot.yaml.",
+        "Draft a spec from launch files, scripts, Compose files, an Ansible inventory or a robot.yaml.",
         example="import ~/lab -o swarm.yaml",
     ),
     Verb(

@@ -12,7 +12,7 @@ from swarmctl.importing.crazyflies import add_all_crazyflies
 from swarmctl.importing.dds_profiles import Setting, rmw_of, settings_of
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.importing.lab_folder import LAUNCH, PYTHON, YAML, LabFolder
-from swarmctl.importing.lab_hosts import LabHosts, address_of
+from swarmctl.importing.lab_hosts import LabHosts, add_islands, address_of
 from swarmctl.importing.lab_scripts import OF_ROS_1, Ros, Started
 from swarmctl.importing.launch_nodes import (
     Lab,
@@ -90,7 +90,8 @@ def draft_from_ros_2(
     lab = Lab(types, reasons(launched), draft or Draft("launch files and scripts of ROS 2"))
     lab.draft.files |= files_of(folder, every)
     lab.add_scripts(started)
-    variables = dict(_variables(started, lab.draft.unread))
+    domains = _domains(started, lab.started_on)
+    variables = dict(_variables(started, lab.draft.unread, domains))
     ros = _Ros(lab.draft, lab.hosts, variables)
     ros.add_profiles(folder)
     ros.add_servers(started, lab.started_on)
@@ -114,7 +115,22 @@ def draft_from_ros_2(
             own = {key: one for key, one in known.value.items() if key != "distro" or not known.guess}
             value = replace(known, value={**value.value, **own}, guess=value.guess)
         lab.draft.first = {**(lab.draft.first or mode_of(lab.draft)), "ros": value}
+    if len(domains) > 1:
+        hosts = {number: [host for host, _ in found] for number, found in domains.items()}
+        add_islands(lab.draft, hosts, {number: found[0][1] for number, found in domains.items()})
     return lab.draft
+
+
+def _domains(
+    started: Sequence[Started], hosts: Mapping[str, Value]
+) -> Mapping[int, Sequence[tuple[str, Value]]]:
+    """The hosts that scripts start nodes on with each ROS_DOMAIN_ID, with where it stands."""
+    found: dict[int, dict[str, Value]] = {}
+    for one in started:
+        domain = one.variables.get("ROS_DOMAIN_ID")
+        if domain and one.remote and str(domain.value).isdecimal() and int(domain.value) <= LARGEST_DOMAIN:
+            found.setdefault(int(domain.value), {}).setdefault(str(hosts[one.key].value), domain)
+    return {number: [*of.items()] for number, of in sorted(found.items())}
 
 
 def mode_of(draft: Draft) -> Mapping[str, Value]:
@@ -131,12 +147,19 @@ def mode_of(draft: Draft) -> Mapping[str, Value]:
     }
 
 
-def _variables(started: Sequence[Started], unread: list[str]) -> Iterator[tuple[str, Value]]:
-    """The variables of all scripts; one that two scripts have with different values is the first one's."""
+def _variables(
+    started: Sequence[Started], unread: list[str], domains: Mapping[int, Sequence[tuple[str, Value]]]
+) -> Iterator[tuple[str, Value]]:
+    """The variables of all scripts; one that two scripts have with different values is the first one's.
+
+    Of several ``domains``, which are islands, the first one is that of the swarm.
+    """
     found: dict[str, Value] = {}
+    if len(domains) > 1:
+        found["ROS_DOMAIN_ID"] = next(iter(domains.values()))[0][1]
     for one in started:
         for name, value in one.variables.items():
-            if name in OF_ROS_1:
+            if name in OF_ROS_1 or (name == "ROS_DOMAIN_ID" and one.remote and len(domains) > 1):
                 continue
             before = found.setdefault(name, value)
             if before.value != value.value:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,7 @@ def test_a_file_is_overwritten_only_by_force(tmp_path: Path, capsys: Captured) -
     assert capsys.readouterr().err.endswith("swarmctl validate mine.yaml\n")
 
 
+CLEARPATH = "serial_number: j100-0001\nsystem: {hosts: [{hostname: cpr, ip: 10.0.0.2}]}\n"
 INVENTORY = "[pis]\nk3 ansible_host=10.0.0.1\n"
 
 
@@ -58,7 +60,7 @@ INVENTORY = "[pis]\nk3 ansible_host=10.0.0.1\n"
         ({"notes.txt": "x"}, ["."], "`.` has nothing that can be imported"),
         ({"hosts.yml": "all:\n  - x: y: z\n"}, ["."], "hosts.yml:2: it is not valid YAML"),
         ({"a.ini": INVENTORY, "b/hosts": INVENTORY}, ["."], "swarmctl import a.ini"),
-        ({"a.ini": INVENTORY, "x.launch": "<launch/>"}, ["."], "swarmctl import . --from ansible"),
+        ({"a.ini": INVENTORY, "r.yaml": CLEARPATH}, ["."], "swarmctl import . --from ansible"),
         ({"a.ini": INVENTORY}, [".", "--from", "launch"], "swarmctl import . --from ansible"),
         ({"x.launch": "<launch/>"}, ["."], "`.` names no host, robot or program that can be imported"),
         ({"x.launch": "<launch>"}, ["."], "x.launch:1: it is not well-formed XML"),
@@ -72,6 +74,20 @@ def test_what_cannot_be_imported_says_how_to_go_on(
     shown = capsys.readouterr()
     assert problem in shown.err
     assert (shown.out, "help: " in shown.err) == ("", True)
+
+
+def test_what_a_spec_lacks_is_shown_and_nothing_written(tmp_path: Path, capsys: Captured) -> None:
+    lab(tmp_path, {"a.ini": f"{INVENTORY}# x\n"})
+    spec = tmp_path / "swarm.yaml"
+    shutil.copy(ROOT / "examples/paper-3-central/swarm.yaml", spec)
+    before = spec.read_bytes()
+    assert run(["import", "a.ini", "--onto", "swarm.yaml"]) == exit_codes.OK
+    assert capsys.readouterr().out.startswith(
+        "# What the Ansible inventory a.ini has and swarm.yaml has not."
+    )
+    assert spec.read_bytes() == before
+    assert run(["import", "a.ini", "--onto", "swarm.yaml", "--out", "x.yaml"]) == exit_codes.USAGE
+    assert "leave out --out" in capsys.readouterr().err
 
 
 def test_an_unknown_kind_is_a_usage_error(capsys: Captured) -> None:

@@ -172,6 +172,20 @@ def test_what_scripts_start_are_programs(tmp_path: Path) -> None:
     assert "#   start.sh:7: `python3 ~/camera.py` is no launch file and no node" in made.text
 
 
+def test_hosts_with_different_domains_are_islands(tmp_path: Path) -> None:
+    text = """\
+for i in 1 2; do
+  ssh pi@10.0.0.$i "export ROS_DOMAIN_ID=1$i; ros2 run p e"
+done
+"""
+    found = data(draft(lab(tmp_path, {"start.sh": text})))
+    assert (found["mode"], found["ros"]["domain"]) == ("combined", 11)
+    assert {name: one["hosts"] for name, one in found["islands"].items()} == {
+        "domain-11": ["host-10-0-0-1"],
+        "domain-12": ["host-10-0-0-2"],
+    }
+
+
 def test_no_secret_of_a_script_is_copied(tmp_path: Path) -> None:
     text = "sshpass -p hunter2 ssh pi@r1 'ros2 run p e --password hunter2; x --token hunter2'\n"
     made = draft(lab(tmp_path, {"start.sh": f"export API_KEY=hunter2\n{text}ros2 run a b\n"}))

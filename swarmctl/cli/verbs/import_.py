@@ -35,7 +35,7 @@ def import_(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
 ) -> None:
-    """Draft a spec from launch files, scripts, Compose files, an Ansible inventory, Clearpath's robot.yaml.
+    """Draft a spec from launch files, scripts, Compose files, an Ansible inventory or a robot.yaml.
 
     A comment at each value names the line that it comes from, or why it is a guess. Secrets are left out.
     """
