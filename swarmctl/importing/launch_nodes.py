@@ -536,7 +536,7 @@ class Lab:
         """Adds what a file that is not here starts: a robot if it is the driver of a type, else a program."""
         place, file = _normal(include.place), posixpath.basename(include.file)
         if not include.package:
-            self.draft.unread.append(f"{place}: {include.file} is not here")
+            self._leave_include(include)
             return
         drivers = self.drivers.get((include.package, file), {})
         if drivers and not include.certain:
@@ -558,6 +558,18 @@ class Lab:
             self._add_driver(include, given, drivers, host)
         else:
             self._add_launch(include, given, host)
+
+    def _leave_include(self, include: Include) -> None:
+        """Lists an include of a file that is neither here nor in a package, with what it gets."""
+        place, name = _normal(include.place), include.file if include.file not in ("", ".") else "the file"
+        inside = f", for the namespace {include.namespace}" if include.namespace else ""
+        if inside or not self.unknown.has(place, "file"):
+            self.draft.unread.append(f"{place}: {name} is not here{inside}")
+        given = [(key, value, place) for key, value in include.arguments.items()]
+        given += [(one.name, one.value, _normal(one.place)) for one in include.environment]
+        for key, value, at in given:
+            shown = "" if value is None or is_secret(key, value) else f" = {value}"
+            self.draft.unread.append(f"{at}: {key}{shown}, which {name} gets")
 
     def _add_driver(
         self, include: Include, given: Mapping[str, str], drivers: Mapping[str, RosDriver], host: Value

@@ -33,9 +33,10 @@ _TRUE, _FALSE = ("true", "1"), ("false", "0")
 
 @dataclass(frozen=True)
 class Unknown:
-    """A value that is not known here, and why."""
+    """A value that is not known here, and why; ``line`` is that of its call, where it has one."""
 
     why: str
+    line: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True)
@@ -211,7 +212,7 @@ class _Run:
             elif isinstance(one, Action):
                 self.action(scope, one)
             elif isinstance(one, Unknown):
-                self.not_read(scope, 0, f"what is started depends on {one.why}")
+                self.not_read(scope, one.line, f"what is started depends on {one.why}")
 
     def action(self, scope: _Scope, action: Action) -> None:
         within = scope
@@ -313,6 +314,7 @@ class _Run:
         inner = scope if _is_true(scoped) is False else scope.inner()
         for name, value in _pairs(action.arguments.get("values")):
             inner.values[name] = self.text(scope, value)
+            self.declared.setdefault(str(name), self.place(scope, action.line))
         first = len(self.pushed)
         self.actions(inner, action.arguments.get("actions", ()))
         self.end(first)
@@ -517,13 +519,7 @@ class _Run:
         for name, value in _pairs(action.arguments.get("arguments")):
             key = str(self.text(inner, name))
             given[key] = inner.values[key] = self.text(inner, value)
-        if file is None:
-            self.launched.unfound.append(place)
-            for key, one in given.items():
-                shown = f"depends on {one.why}" if isinstance(one, Unknown) else f"is `{one}`"
-                self.not_read(scope, action.line, f"its argument {key} {shown}")
-            return
-        package, path = self.target(scope, file)
+        package, path = self.target(scope, file) if file is not None else ("", "")
         found = self.packages.get(package) if package else scope.package
         shown = posixpath.normpath(posixpath.join(found.folder, path)) if found else ""
         if shown in self.closed:
@@ -535,6 +531,13 @@ class _Run:
             )
             self.file(within, Place(posixpath.join(found.folder, path), 0))
             return
+        self.add_include(scope, action, Include(package, path, None, {}, place, scope.certain), given)
+
+    def add_include(
+        self, scope: _Scope, action: Action, include: Include, given: Mapping[str, str | Unknown]
+    ) -> None:
+        """Adds an include of a file that is not here, and lists what around it is not passed on."""
+        place = include.place
         if scope.condition:
             self.launched.unknown.setdefault((place, "if"), scope.condition)
         if isinstance(scope.namespace, Unknown):
@@ -550,9 +553,8 @@ class _Run:
                 self.launched.unknown.setdefault((place, f"argument {key}"), one.why)
         namespace = None if isinstance(scope.namespace, Unknown) else scope.namespace
         arguments = {key: None if isinstance(one, Unknown) else one for key, one in given.items()}
-        self.launched.includes.append(
-            Include(package, path, namespace, arguments, place, scope.certain, scope.environment)
-        )
+        found = replace(include, namespace=namespace, arguments=arguments, environment=scope.environment)
+        self.launched.includes.append(found)
 
     def target(self, scope: _Scope, file: str) -> tuple[str, str]:
         """The package and the path within it of an included file; no package for one beside this file."""

@@ -468,8 +468,8 @@ class _Run:
         self.unkeyed(scope, tag, ("clear_params",))
         started = len(self.launched.nodes) + len(self.launched.includes)
         self.children(inner, tag)
-        if "ns" in tag.attributes and started == len(self.launched.nodes) + len(self.launched.includes):
-            self.left_out(scope, tag, f"nothing starts in the namespace {tag.attributes['ns']}")
+        if tag.attributes and started == len(self.launched.nodes) + len(self.launched.includes):
+            self.left_out(scope, tag, f"nothing starts in this group ({' '.join(tag.attributes.values())})")
 
     def unkeyed(self, scope: _Scope, tag: Tag, keys: Iterable[str]) -> None:
         """Lists attributes that have no counterpart in a spec."""

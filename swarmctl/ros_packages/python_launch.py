@@ -520,7 +520,7 @@ class _Run:
             return self.opaque(given, named, line)
         if name in _ACTIONS:
             return _action(name, given, named, line)
-        return Unknown(f"{name}()")
+        return Unknown(f"{name}()", line)
 
     def opaque(self, given: list[Any], named: dict[str, Any], line: int) -> Any:
         function = named.get("function", given[0] if given else None)

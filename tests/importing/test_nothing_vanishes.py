@@ -70,17 +70,60 @@ _VALUES: Mapping[str, Sequence[str]] = {
 _SILENT = {"true", "false", "str", "int", "screen", "what it is"}  # what decides, and what people read
 
 
+PYTHON_NODE = "Node(package='p', executable='e', name='known'), "
 # What each file has, as an element that only one ROS reads.
 KNOWN = {
     Kind.LAUNCH: '<node pkg="p" type="e" name="known"/>',
     Kind.ROS_2: '<node pkg="p" exec="e" name="known"/>',
 }
+# Calls in Python: the arguments that each has and may have, where `A` is a word of its own, and calls within.
+_NODE = ("name=A", "namespace=A", "output='screen'", "respawn=True", "respawn_delay=2.5", "prefix=A", "cwd=A",
+         "parameters=[{A: A}]", "parameters=[{A: {A: [A, A]}}]", "remappings=[(A, A)]", "arguments=[A, A]",
+         "env={A: A}", "additional_env={A: A}", "ros_arguments=[A]", "exec_name=A", "sigterm_timeout=A",
+         "on_exit=A", "shell=True", "condition=C")  # fmt: skip
+PYTHON: Mapping[str, tuple[str, Sequence[str], Sequence[str]]] = {
+    "LaunchDescription": ("[{inside}]", (), (
+        "Node", "LifecycleNode", "ComposableNodeContainer", "IncludeLaunchDescription", "GroupAction",
+        "DeclareLaunchArgument", "SetLaunchConfiguration", "ExecuteProcess", "TimerAction", "SetParameter",
+        "SetEnvironmentVariable", "SetRemap", "PushRosNamespace", "UnknownAction", "LoadComposableNodes",
+    )),
+    **dict.fromkeys(("Node", "LifecycleNode"), ("package=A, executable=A", _NODE, ())),
+    "ComposableNodeContainer": (
+        "name=A, namespace=A, package=A, executable=A, composable_node_descriptions=[{inside}]",
+        ("output='screen'", "parameters=[{A: A}]", "condition=C"), ("ComposableNode",),
+    ),
+    "LoadComposableNodes": (
+        "target_container=A, composable_node_descriptions=[{inside}]", ("condition=C",), ("ComposableNode",)
+    ),
+    "ComposableNode": (
+        "package=A, plugin=A", ("name=A", "namespace=A", "parameters=[{A: A}]", "remappings=[(A, A)]",
+                                "extra_arguments=[{A: True}]"), (),
+    ),
+    "IncludeLaunchDescription": (
+        "PythonLaunchDescriptionSource(A)", ("launch_arguments={A: A}.items()", "condition=C"), ()
+    ),
+    "GroupAction": ("[{inside}]", ("launch_configurations={A: A}", "scoped=True", "condition=C"), (
+        "Node", "PushRosNamespace", "IncludeLaunchDescription", "SetParameter", "SetRemap",
+    )),
+    "DeclareLaunchArgument": ("A", ("default_value=A", "choices=[A]"), ()),
+    "SetLaunchConfiguration": ("A, A", ("condition=C",), ()),
+    "ExecuteProcess": ("cmd=[A, A]", ("cwd=A", "output='screen'", "condition=C"), ()),
+    "TimerAction": ("period=2.0, actions=[{inside}]", ("condition=C",), ("Node",)),
+    "SetParameter": ("A, A", ("condition=C",), ()),
+    "SetEnvironmentVariable": ("A, A", ("condition=C",), ()),
+    "SetRemap": ("A, A", ("condition=C",), ()),
+    "PushRosNamespace": ("A", ("condition=C",), ()),
+    "UnknownAction": ("A", ("thing=A",), ()),
+}  # fmt: skip
+_CHOICES = ("IfCondition('true')", "IfCondition('false')", "UnlessCondition(EnvironmentVariable('VAGUE'))")
 # What is left out with all that is in it.
 _WHOLE = "(?:it is not started|a <|<unknown>|it runs|a container of|whether it applies)"
 
 
 class Document:
     """A launch file, each element on a line of its own; ``values`` has the line of each."""
+
+    root = "launch"
 
     def __init__(self, draw: Any, elements: Any, needed: Any) -> None:
         self.draw, self.elements, self.needed = draw, elements, needed
@@ -89,7 +132,7 @@ class Document:
         self.above: list[int] = []  # lines of the elements around
         self.around: dict[int, tuple[int, ...]] = {}
         self.count = 0
-        self.add("launch", 0)
+        self.add(self.root, 0)
 
     def add(self, name: str, depth: int) -> None:
         optional, inside = self.elements[name]
@@ -126,11 +169,50 @@ class Document:
         return "\n".join((f"{self.lines[0]}{first}", *self.lines[1:])) + "\n"
 
 
+class PythonDocument(Document):
+    """The same of a launch file in Python, each call on a line of its own."""
+
+    root = "LaunchDescription"
+
+    def __init__(self, draw: Any) -> None:
+        super().__init__(draw, PYTHON, {})
+
+    def add(self, name: str, depth: int) -> None:
+        needed, optional, inside = PYTHON[name]
+        some = self.draw(st.lists(st.sampled_from(optional), max_size=3, unique_by=_key)) if optional else []
+        children = self.draw(st.lists(st.sampled_from(inside), max_size=4)) if inside and depth < 4 else []
+        text = ", ".join((needed, *some))
+        while "A" in re.sub(r"[A-Za-z_]{2,}", "", text):
+            text = re.sub(r"\bA\b", f"'{self.value(name, '')}'", text, count=1)
+        text = re.sub(r"\bC\b", lambda _: str(self.draw(st.sampled_from(_CHOICES))), text)
+        before, _, after = text.partition("{inside}")
+        self.lines.append(f"{name}({before}")
+        self.around[len(self.lines)] = tuple(self.above)
+        self.above.append(len(self.lines))
+        for child in children:
+            self.add(child, depth + 1)
+        self.above.pop()
+        self.lines.append(f"{after})," if depth else f"{after})")
+
+    def text(self, first: str) -> str:
+        """The document with a call in its first line."""
+        lines = [f"{self.lines[0]}{first}", *self.lines[1:]]
+        return f"def generate_launch_description(): return {chr(10).join(lines)}\n"
+
+
+def _key(argument: str) -> str:
+    return argument.partition("=")[0].replace("additional_", "")
+
+
 def vanished(name: str, document: Document, kind: Kind) -> list[str]:
     """The values that are neither in the draft nor on a line that is not read."""
     with tempfile.TemporaryDirectory() as folder:
         known = f"<launch>{KNOWN[kind]}</launch>"
-        files = {name: document.text(KNOWN[kind]), f"known{name[name.index('.') :]}": known}
+        first = PYTHON_NODE if isinstance(document, PythonDocument) else KNOWN[kind]
+        files = {
+            name: document.text(first),
+            f"known{'.launch' if kind is Kind.LAUNCH else '.launch.xml'}": known,
+        }
         text = imported(lab(Path(folder), files), kind, Path("nowhere/swarm.yaml")).text
     lines = {int(one) for one in re.findall(rf"\b{re.escape(name)}:(\d+)", text)}
     whole = {int(one) for one in re.findall(rf"#   {re.escape(name)}:(\d+): {_WHOLE}", text)}
@@ -158,3 +240,10 @@ def test_no_value_of_an_element_vanishes(
 ) -> None:
     document = Document(data.draw, elements, needed)
     assert vanished(name, document, kind) == [], document.text("")
+
+
+@settings(deadline=None, max_examples=60)
+@given(data=st.data())
+def test_no_value_of_a_call_vanishes(data: Any) -> None:
+    document = PythonDocument(data.draw)
+    assert vanished("a.launch.py", document, Kind.ROS_2) == [], document.text("")
