@@ -43,6 +43,7 @@ class Service:
     is_privileged: bool = False
     environment: dict[str, Setting] = field(default_factory=dict)
     unread: list[str] = field(default_factory=list)
+    of_swarm: Mapping[str, Value] = field(default_factory=dict)  # variables that all services share
 
     @property
     def container(self) -> Mapping[str, Any]:

@@ -100,8 +100,8 @@ def _drafted(path: Path, kind: Kind | None, spec: Path) -> Draft:
         raise DraftError(f"{place}{folder.message}", *folder.help)
     draft = _draft(path, folder, kind, spec)
     draft.unread[:0] = folder.unread
-    templates = {one for one in folder.others if one.endswith(".j2")}
-    draft.unread += unused((set(folder.candidates()) - draft.files) | templates, folder.texts)
+    others = {one for one in folder.others if one.endswith((".j2", "justfile", "Justfile"))}
+    draft.unread += unused((set(folder.candidates()) - draft.files) | others, folder.texts)
     if not draft.hosts:
         problem = f"`{path}` names no host, robot or program that can be imported"
         raise DraftError(problem, *draft.unread[:5], "swarmctl init writes a first spec")

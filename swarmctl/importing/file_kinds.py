@@ -22,6 +22,7 @@ _KINDS = tuple(
         (r"\.py$", "Python file"),
         (r"(^|/)[^/]*Dockerfile[^/]*$", "Dockerfile"),
         (r"\.j2$", "template"),
+        (r"(^|/)[Jj]ustfile$", "list of commands"),
         (r"\.(service|timer)$", "unit of systemd"),
         (r"\.(sh|bash|zsh|env)$", "script without ROS"),
         (r"\.(md|rst|txt|pdf)$", "text to read"),
@@ -53,7 +54,7 @@ def unused(paths: Iterable[str], texts: Mapping[str, str]) -> Iterator[str]:
     for one in sorted(paths):
         groups.setdefault((what_it_is(one, texts.get(one, "")), posixpath.dirname(one)), []).append(one)
     for (what, _), found in groups.items():
-        yield f"{', '.join(found)}: {_several(what) if found[1:] else what} that nothing here uses"
+        yield f"{', '.join(found)}: {_several(what) if found[1:] else what} of which nothing is read"
 
 
 def _several(what: str) -> str:

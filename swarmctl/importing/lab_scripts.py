@@ -130,12 +130,11 @@ def _set(here: Started, one: Assignment) -> None:
     if before is not None and before.value != one.value:
         shown = "" if is_secret(one.name, str(before.value)) else f" to {before.value}"
         here.unread[f"{before.place}: {one.name} is set{shown}, and again in line {one.place.line}"] = None
-    if not isinstance(one.value, Unknown) and "{{" in one.value:
-        here.unread[f"{one.place}: {one.name} is computed by a template"] = None
-    elif isinstance(one.value, Unknown):
+    if isinstance(one.value, Unknown):
         here.variables.pop(one.name, None)
         shown = f": {one.value.why}" if "`" in one.value.why and not is_secret("", one.value.why) else ""
-        here.unread[f"{one.place}: {one.name} is computed by the shell{shown}"] = None
+        what = one.value.why if one.value.why == "a template" else f"the shell{shown}"
+        here.unread[f"{one.place}: {one.name} is computed by {what}"] = None
     elif before is not None and before.value != one.value:
         del here.variables[one.name]
         shown = "" if is_secret(one.name, one.value) else f", here to {one.value}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import posixpath
 import re
@@ -69,10 +70,19 @@ def _component_fields(node: Node, namespace: str) -> dict[str, Value]:
     for old, new in node.remaps:
         words += ["-r", f"{old}:={new}"]
     for one in node.parameters:
-        words += [] if _why_left_out(one) else ["-p", f"{one.name}:={one.value}"]
+        text = one.value or ""
+        is_other = one.type == "str" and not isinstance(_read(text), str)  # YAML reads a number, say
+        words += [] if _why_left_out(one) else ["-p", f"{one.name}:={json.dumps(text) if is_other else text}"]
     fields = {"command": Value([escaped(one) for one in words], node.place)}
     kept = {one.name: escaped(one.value or "") for one in node.environment if not _why_left_out(one)}
     return fields | ({"environment": Value(kept, node.place)} if kept else {})
+
+
+def _read(text: str) -> Any:
+    try:
+        return yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError):
+        return None
 
 
 def left_out(node: Node, unknown: Unknown) -> Iterator[str]:
@@ -237,7 +247,7 @@ def draft_from_launch(
         return evaluate(package, path, given, namespace or "/", packages, limit=limit, closed=closed)
 
     def read(path: str, limit: int) -> Launched | None:
-        if not path.endswith(LAUNCH) or is_of_ros_2(folder.texts[path]):
+        if not path.endswith(LAUNCH) or is_of_ros_2(path, folder.texts[path]):
             return None
         return evaluate(whole, path, {}, "/", packages, limit=limit, closed=closed)
 
@@ -287,8 +297,11 @@ def services_in(
         if (Ros.ONE if is_compose_of_ros_1(text) else Ros.TWO) is not ros:
             continue
         services, others = services_of(folder, path)
+        shared = _shared(services)
         for one in services:
+            one.of_swarm = shared
             here = started_in(path, one)
+            here.variables = dict(shared)
             here.unread |= dict.fromkeys(others)
             here.launched.includes = [
                 two
@@ -297,6 +310,16 @@ def services_in(
             ]
             found[here.key] = one, here
     return found
+
+
+def _shared(services: Sequence[Service]) -> Mapping[str, Value]:
+    """The variables of ROS that all services of a file have with the same value; others stay in theirs."""
+    first = services[0].variables if services else {}
+    return {
+        name: one
+        for name, one in first.items()
+        if all(name in two.variables and two.variables[name].value == one.value for two in services)
+    }
 
 
 def started_in(path: str, service: Service) -> Started:
@@ -315,7 +338,6 @@ def started_in(path: str, service: Service) -> Started:
     here = next(iter(made), Started(path, None, service.place))
     here.name, here.launched.nodes, here.unread = service.name, [], dict.fromkeys(service.unread)
     here.launched.files[here.key] = None
-    here.variables = {**service.variables, **here.variables}
     return here
 
 
@@ -494,7 +516,7 @@ class Lab:
             for one in service.environment.values():
                 if why := _why_left_out(one):
                     self.draft.unread.append(f"{one.place}: {one.name} of `{service.name}` {why}")
-                elif one.name not in service.variables:
+                elif one.name not in service.of_swarm:
                     kept[one.name] = escaped(one.value or "")
             if kept:
                 fields["environment"] = Value(kept, service.place)
@@ -591,8 +613,12 @@ class Lab:
         self.draft.robots[name.value] = Entry(name, fields)
         if self.ros_types[kind].link is not None:
             self.draft.lines.append(unknown_line(name.value, host.value, self.ros_types[kind]))
-        self.namespaces[host.value, namespace] = name.value
-        if left := sorted(given.keys() - {*arguments}):
+        if namespace:
+            self.namespaces[host.value, namespace] = name.value
+        elif include.namespace is not None:
+            own = robot_namespace(name.value, None)
+            self.draft.unread.append(f"{place}: it has no namespace there; in a spec it has {own}")
+        if left := [f"{key} = {given[key]}" for key in sorted(given.keys() - {*arguments})]:
             why = "the driver of the type sets what it needs"
             self.draft.unread.append(f"{place}: {', '.join(left)}: {why}")
 
@@ -749,10 +775,10 @@ def not_included(found: Mapping[str, Launched]) -> Mapping[str, Launched]:
 
 def nodes_in(launched: Mapping[str, Launched], apart: Collection[str] = ()) -> Iterator[tuple[str, Node]]:
     """Every node once, with what starts it; of those that are ``apart`` each starts its own."""
-    seen: set[tuple[str | None, str | None, Place, str]] = set()
+    seen: set[tuple[Node, str]] = set()
     for path, one in launched.items():
         for node in one.nodes:
-            key = (node.name, node.machine, node.place, path if path in apart else "")
+            key = (node, path if path in apart else "")  # one with other parameters is another one
             if key not in seen:
                 seen.add(key)
                 settings = tuple(replace(one, place=_normal(one.place)) for one in node.parameters)
@@ -763,13 +789,16 @@ def nodes_in(launched: Mapping[str, Launched], apart: Collection[str] = ()) -> I
 
 def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
     """Yields what of launch files a draft does not have."""
+    sections: dict[tuple[str, str], bool] = {}
+    for one in launched.values():
+        sections.update({key: sections.get(key) or is_used for key, is_used in one.sections.items()})
+    for (file, key), is_used in sections.items():
+        if not is_used:
+            yield f"{posixpath.normpath(file)}: its parameters of {key}, as no node here is called"
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"
         yield from _without_effect(one)
-        for (file, key), is_used in one.sections.items():
-            if not is_used:
-                yield f"{posixpath.normpath(file)}: its parameters of {key}, which no node here has"
         for place, why in one.left_out:
             is_hidden = any(is_secret(one, one) for one in _QUOTED.findall(why))
             shown = "what it runs may have a secret" if is_hidden else why

@@ -57,7 +57,7 @@ def is_ros_2_launch(path: str, text: str) -> bool:
     if path.endswith(PYTHON):
         return "generate_launch_description" in text
     if path.endswith(LAUNCH):
-        return xml_launch.is_of_ros_2(text)
+        return xml_launch.is_of_ros_2(path, text)
     return path.endswith(YAML) and "launch" in posixpath.basename(path) and "\nlaunch:" in f"\n{text}"
 
 
@@ -277,7 +277,8 @@ class _Ros:
             elif name in _FILE_VARIABLES and any(
                 text.endswith(posixpath.basename(path)) for path in self._files
             ):
-                pass  # its settings are read
+                left.append(f"{one.place}: {name} is {text}, of which what has a key is kept")
+                continue
             elif name == "ROS_AUTOMATIC_DISCOVERY_RANGE" and text in ("LOCALHOST", "SUBNET"):
                 ros["discovery"] = "local" if text == "LOCALHOST" else "multicast"
             elif name == "ROS_LOCALHOST_ONLY" and text in ("0", "1"):

@@ -25,6 +25,7 @@ Word = str | Unknown
 
 _STEPS = 20_000  # commands and words of a script, with those that it calls
 _LONGEST_LIST = 2_000
+_TEMPLATE = re.compile(r"\{\{.*?\}\}|\{[%#].*?[%#]\}")  # of Jinja
 _NESTED = 100  # statements and words within each other
 _DEPTH = 16  # scripts, functions and remote commands within each other
 _VALUE = re.compile(r"\$\{(\w+)(?:\[([^\]]*)\])?(:?[-=].*)?\}", re.DOTALL)
@@ -35,9 +36,16 @@ _ARITHMETIC = re.compile(r"\s*(\w+)\s*(?:([-+*])\s*(\w+)\s*)?")
 _WRAPPERS: Mapping[str, str] = {
     "sudo": "ughpCT", "nohup": "", "exec": "a", "command": "", "time": "fo", "nice": "n", "ionice": "cn",
     "setsid": "", "stdbuf": "ioe", "unbuffer": "", "env": "uCS", "chrt": "", "taskset": "c", "xargs": "",
-    "sshpass": "pfd", "timeout": "ks", "dbus-launch": "", "caffeinate": "",
+    "sshpass": "pfd", "gosu": "", "su-exec": "",
+    "timeout": "ks", "dbus-launch": "", "caffeinate": "",
 }  # fmt: skip
-_POSITIONAL = {"timeout", "chrt", "taskset"}  # that take a word of their own before the command
+_POSITIONAL = {
+    "timeout",
+    "chrt",
+    "taskset",
+    "gosu",
+    "su-exec",
+}  # that take a word of their own before the command
 _SHELLS = {"bash", "sh", "zsh", "dash"}
 _TERMINALS = {
     "gnome-terminal", "xterm", "konsole", "terminator", "lxterminal", "mate-terminal", "x-terminal-emulator",
@@ -168,6 +176,7 @@ class _Shell:
             self.all.is_whole = False
             return
         self.all.left -= len(text) // 64
+        text = _TEMPLATE.sub(lambda one: "$TEMPLATE" if one[0].startswith("{{") else "", text)
         self.node(_parser().parse(text.encode("utf-8", "replace")).root_node)
 
     def inner(self, **changes: object) -> _Shell:
@@ -409,6 +418,8 @@ class _Shell:
         if name.isdecimal() and self.arguments is not None and 0 < int(name[:4]) <= len(self.arguments):
             return self.arguments[int(name[:4]) - 1]
         found = self.variables.get(name)
+        if name == "TEMPLATE" and found is None:
+            return Unknown("a template")
         if isinstance(found, list):
             return found[0] if found else ""
         return Unknown(f"the variable `{text}`") if found is None else found

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import posixpath
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -28,6 +29,7 @@ _OF_NODES = {
     "respawn_max_retries": "", "cwd": "", "ros_args": "", "ros_arguments": "", "exec_name": "", "on_exit": "",
     "shell": "", "sigterm_timeout": "", "sigkill_timeout": "", "extra_arguments": "", "extra_args": "",
 }  # fmt: skip
+_WORD = re.compile(r"\w+")
 _TRUE, _FALSE = ("true", "1"), ("false", "0")
 
 
@@ -153,9 +155,14 @@ def evaluate(
     run.file(scope, Place(posixpath.join(package.folder, path), 0))
     run.end(0)
     run.launched.cost = limit - run.left
-    for name, place in run.declared.items():
-        if name not in run.used:
-            run.launched.left_out.append((place, f"the argument {name} is used nowhere here"))
+    words = Counter(run.read_words)
+    for place, (name, value) in run.declared.items():
+        shown = f" (`{value}`)" if value and isinstance(value, str) else ""
+        if name not in run.used and words[name] < 2:  # a second time is another use, whatever it is
+            run.launched.left_out.append((place, f"no node here uses the argument {name}{shown}"))
+        elif name not in run.used and run.launched.includes:
+            why = f"no node here uses the argument {name}{shown}; a file that is included may do so"
+            run.launched.left_out.append((place, why))
     return run.launched
 
 
@@ -170,8 +177,9 @@ class _Run:
         self.packages, self.readers, self.left, self.closed = packages, readers, limit, closed
         self.launched = Launched()
         self.has_output = False  # an argument of a node
-        self.declared: dict[str, Place] = {}  # launch configurations
+        self.declared: dict[Place, tuple[str, str | Unknown]] = {}  # launch configurations
         self.used: set[str] = set()
+        self.read_words: list[str] = []  # of all files that were read
         self.pushed: list[tuple[Place, str, int]] = []  # namespaces, each with what was started before
         self.kinds: Mapping[str, Callable[[_Scope, Action], None]] = {
             "arg": self.argument, "let": self.let, "unset": self.unset, "group": self.group,
@@ -198,9 +206,10 @@ class _Run:
         except NotReadError as error:
             self.not_read(scope, error.line, str(error))
             return
-        for line, why in written.unread.items():
-            self.not_read(scope, line, why)
+        self.read_words += _WORD.findall(content.decode("utf-8", "replace"))
         self.actions(scope, written.actions)
+        for line, why in written.unread.items():  # also of functions that a running launch calls
+            self.not_read(scope, line, why)
 
     def actions(self, scope: _Scope, actions: Any, depth: int = 0) -> None:
         for one in actions if isinstance(actions, (list, tuple)) else [actions]:
@@ -288,11 +297,11 @@ class _Run:
         name = self.text(scope, action.arguments.get("name"))
         if isinstance(name, Unknown):
             return
-        self.declared.setdefault(name, self.place(scope, action.line))
         if name not in scope.values:
             default = action.arguments.get("default")
             value = Unknown(f"the argument `{name}`") if default is None else self.text(scope, default)
             scope.values[name] = value if scope.certain else Unknown(scope.condition)
+        self.declared[self.place(scope, action.line)] = (name, scope.values[name])
         if not scope.depth:
             known = scope.values[name]
             self.launched.arguments[name] = None if isinstance(known, Unknown) else known
@@ -300,8 +309,8 @@ class _Run:
     def let(self, scope: _Scope, action: Action) -> None:
         name = self.text(scope, action.arguments.get("name"))
         if not isinstance(name, Unknown):
-            self.declared.setdefault(name, self.place(scope, action.line))
             value = self.text(scope, action.arguments.get("value", ""))
+            self.declared[self.place(scope, action.line)] = (name, value)
             scope.values[name] = value if scope.certain else Unknown(scope.condition)
 
     def unset(self, scope: _Scope, action: Action) -> None:
@@ -314,7 +323,7 @@ class _Run:
         inner = scope if _is_true(scoped) is False else scope.inner()
         for name, value in _pairs(action.arguments.get("values")):
             inner.values[name] = self.text(scope, value)
-            self.declared.setdefault(str(name), self.place(scope, action.line))
+            self.declared[self.place(scope, action.line)] = (str(name), inner.values[name])
         first = len(self.pushed)
         self.actions(inner, action.arguments.get("actions", ()))
         self.end(first)

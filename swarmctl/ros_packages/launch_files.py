@@ -289,7 +289,7 @@ def evaluate(
     run.launched.cost = limit - run.left
     for (file, name), place in run.declared.items():
         if (file, name) not in run.used:
-            run.launched.left_out.append((place, f"the argument {name} is used nowhere here"))
+            run.launched.left_out.append((place, f"no node here uses the argument {name}"))
     return run.launched
 
 

@@ -28,13 +28,14 @@ from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
 _OF_ROS_2 = re.compile(
     r"<node[^>]*\sexec\s*=|\$\((var|find-pkg-share|find-pkg-prefix)\s|<push[-_]ros[-_]namespace|<let\s"
 )
+_OF_ROS_1 = re.compile(r"<node[^>]*\stype\s*=|\$\((arg|find|optenv)\s|<(machine|rosparam|master|test)\b")
 _MOST, _DEEPEST = 20_000, 32  # nodes of a YAML file
 _COMMANDS = {"command", "eval", "exec-in-pkg", "find-exec", "anon", "not", "and", "or", "equals", "if"}
 
 
-def is_of_ros_2(text: str) -> bool:
-    """Returns True for an XML launch file that only ROS 2 reads."""
-    return bool(_OF_ROS_2.search(text))
+def is_of_ros_2(path: str, text: str) -> bool:
+    """Returns True for an XML launch file of ROS 2, by its name if both ROS could read it."""
+    return bool(_OF_ROS_2.search(text)) or (path.endswith(".launch.xml") and not _OF_ROS_1.search(text))
 
 
 def read_xml(text: str) -> Written:

@@ -45,7 +45,9 @@ _FORMS = (
     (("github_pat_",), re.compile(r"github_pat_[A-Za-z0-9_]{22,}"), "a GitHub token"),
     (("glpat-",), re.compile(r"glpat-[A-Za-z0-9_-]{20,}"), "a GitLab token"),
     (("xox",), re.compile(r"xox[abprs]-[A-Za-z0-9-]{10,}"), "a Slack token"),
-    (("://",), re.compile(r"://([^\s/:@'\"]+:[^\s/@'\"$<{][^\s/@'\"]*)@"), "a URL with a password"),
+    # not udp://0.0.0.0:14540@host, an address of MAVLink with a port
+    (("://",), re.compile(r"://((?![\d.]+:\d+@)[^\s/:@'\"]+:[^\s/@'\"$<{][^\s/@'\"]*)@"),
+     "a URL with a password"),
 )
 _REMEDY = (
     "keep it in a file on the host, and give the program the path",

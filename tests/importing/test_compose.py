@@ -44,7 +44,7 @@ def test_each_service_is_a_container(tmp_path: Path) -> None:
     found = data(made)
     assert found["ros"] == {"distro": "humble", "domain": 30, "rmw": "cyclonedds"}
     assert found["programs"] == {
-        "driver": {"host": "robot-pc", "environment": {"LOG": "a b", "SPEED": "0.2"}},
+        "driver": {"host": "robot-pc", "environment": {"ROS_DOMAIN_ID": "30", "LOG": "a b", "SPEED": "0.2"}},
         "camera": {"host": "robot-pc", "environment": {"RATE": "30"}},
     }
     for line in (
@@ -69,7 +69,8 @@ def test_each_service_is_a_container(tmp_path: Path) -> None:
 
 def test_one_file_is_read_with_its_variables(tmp_path: Path) -> None:
     folder = lab(tmp_path, {"compose.yaml": FILE, ".env.dds": ENV, "other.launch": "<launch/>"})
-    assert data(draft(folder / "compose.yaml"))["ros"]["rmw"] == "cyclonedds"
+    programs = data(draft(folder / "compose.yaml"))["programs"]
+    assert programs["driver"]["environment"]["RMW_IMPLEMENTATION"] == "rmw_cyclonedds_cpp"
 
 
 def test_a_container_with_the_driver_of_a_type_is_its_robot(tmp_path: Path) -> None:
@@ -101,3 +102,14 @@ services:
     found = data(draft(lab(tmp_path, {"compose.yaml": text})))
     assert [one["address"] for one in found["hosts"].values()] == ["10.0.0.7", "10.0.0.5"]
     assert list(found["programs"]) == ["camera"]
+
+
+def test_a_variable_of_one_container_is_not_that_of_the_swarm(tmp_path: Path) -> None:
+    text = """\
+services:
+  router: {image: "r:1", environment: {ROS_LOCALHOST_ONLY: 1, ROS_DOMAIN_ID: 4}}
+  camera: {image: "c:1", environment: {ROS_DOMAIN_ID: 4}}
+"""
+    found = data(draft(lab(tmp_path, {"compose.yaml": text})))
+    assert found["ros"] == {"distro": "jazzy", "domain": 4}
+    assert found["programs"]["router"]["environment"] == {"ROS_LOCALHOST_ONLY": "1"}

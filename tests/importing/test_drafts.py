@@ -78,6 +78,6 @@ def test_a_file_that_nothing_uses_is_named(tmp_path: Path) -> None:
     nodes = '<launch><node pkg="p" exec="e" name="n"/></launch>'
     files = {"a.launch.xml": nodes, "config/a.yaml": "a: 1\n", "config/b.yaml": "b: 1\n", "c.sh": "echo\n"}
     made = draft(lab(tmp_path, files))
-    assert "#   c.sh: script without ROS that nothing here uses\n" in made.text
-    assert "#   config/a.yaml, config/b.yaml: YAML files that nothing here uses\n" in made.text
+    assert "#   c.sh: script without ROS of which nothing is read\n" in made.text
+    assert "#   config/a.yaml, config/b.yaml: YAML files of which nothing is read\n" in made.text
     assert "; 7 values: 3 kept, 2 to fill in, 2 not read; " in made.summary

@@ -214,7 +214,8 @@ def generate_launch_description():
             composable_node_descriptions=[
                 ComposableNode(
                     package='camera', plugin='camera::Node', name='front', namespace='tb_1',
-                    parameters=[{'rate': 30}, {'token': 'hunter2'}], remappings=[('image', 'front/image')]),
+                    parameters=[{'rate': 30, 'size': '1080'}, {'token': 'hunter2'}],
+                    remappings=[('image', 'front/image')]),
             ]),
         Node(package='nav', executable='planner', parameters=[
             RewrittenYaml(source_file='config/nav.yaml', param_rewrites={'use_sim_time': 'true'})]),
@@ -236,16 +237,16 @@ def test_components_files_that_nav2_rewrites_and_unknown_namespaces(tmp_path: Pa
     programs = data(made)["programs"]
     assert programs["front"]["command"] == [
         "ros2", "component", "standalone", "camera", "camera::Node", "-n", "front",
-        "--node-namespace", "/tb_1", "-r", "image:=front/image", "-p", "rate:=30",
+        "--node-namespace", "/tb_1", "-r", "image:=front/image", "-p", "rate:=30", "-p", 'size:="1080"',
     ]  # fmt: skip
     assert programs["planner"]["params"] == {"use_sim_time": True, "speed": 0.2}
     assert programs["ab"]["executable"] == "chosen"
     assert "namespace" not in programs["somewhere"]
     for line in (
-        "    # namespace: robot  # fill in: a.launch.py:21: `namespace` depends on $(env ROBOT), by default ",
+        "    # namespace: robot  # fill in: a.launch.py:22: `namespace` depends on $(env ROBOT), by default ",
         "#   a.launch.py:10: a container of components, of which each runs on its own",
         "#   a.launch.py:13: token may be a secret",
-        "#   config/nav.yaml: its parameters of controller, which no node here has",
+        "#   config/nav.yaml: its parameters of controller, as no node here is called",
     ):
         assert line in made.text
     assert "hunter2" not in made.text
@@ -277,3 +278,44 @@ def test_a_parameter_of_all_nodes_is_that_of_each(tmp_path: Path) -> None:
     )
     programs = data(draft(lab(tmp_path, {"a.launch.xml": text})))["programs"]
     assert programs["n"]["params"] == {"use_sim_time": True}
+
+
+def test_a_file_that_others_include_with_two_arguments_starts_two_nodes(tmp_path: Path) -> None:
+    node = '<node pkg="p" exec="e" name="n"><param name="size" value="{}"/></node>'
+    inner = f'<launch><arg name="size" default="1"/>{node}</launch>'
+    include = '<include file="$(dirname)/inner.launch.xml"><arg name="size" value="{}"/></include>'
+    outer = f"<launch>{include}</launch>"
+    files = {
+        "inner.launch.xml": inner.format("$(var size)"),
+        "a.launch.xml": outer.format(1), "b.launch.xml": outer.format(2), "c.launch.xml": outer.format(2),
+    }  # fmt: skip
+    programs = data(draft(lab(tmp_path, files)))["programs"]
+    assert [one["params"]["size"] for one in programs.values()] == [1, 2]
+
+
+def test_what_a_running_launch_decides_has_its_line(tmp_path: Path) -> None:
+    text = """
+def setup(context):
+    where = LaunchConfiguration('where').perform(context)
+    if where:
+        remaps = [('/tf', where)]
+    return [Node(package='p', executable='e', name='n')]
+
+def generate_launch_description():
+    return LaunchDescription([
+        DeclareLaunchArgument('where', default_value=EnvironmentVariable('ROBOT')),
+        OpaqueFunction(function=setup),
+    ])
+"""
+    made = draft(lab(tmp_path, {"a.launch.py": text}))
+    assert "n" in data(made)["programs"]
+    assert "#   a.launch.py:4: what is below this `if` depends on $(env ROBOT)\n" in made.text
+
+
+def test_an_argument_that_only_an_include_may_use_has_its_value(tmp_path: Path) -> None:
+    text = """<launch>
+<arg name="fcu_url" default="udp://:14540@10.0.0.1"/>
+<include file="$(find-pkg-share other)/launch/fcu_url.launch"/>
+</launch>"""
+    made = draft(lab(tmp_path, {"a.launch.xml": text}))
+    assert "#   a.launch.xml:2: no node here uses the argument fcu_url (`udp://:14540@10.0.0.1`)" in made.text

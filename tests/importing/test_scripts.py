@@ -80,6 +80,8 @@ def test_robots_that_a_loop_starts_by_ssh_are_hosts_and_robots(tmp_path: Path) -
         ("A=x env B=y go", [("", "go")]),
         ("start() { ssh a go; }", [("a", "go")]),
         ("ssh $ROBOT go", [("", "ssh ? go")]),
+        ("ros2 launch {{ folder }}/a.py", [("", "ros2 launch ?")]),
+        ("gosu $USER bash -c \"ssh a go\"", [("a", "go")]),
         ("ssh a \"go $1\"", [("a", "?")]),
     ],
 )  # fmt: skip

@@ -103,7 +103,14 @@ def test_a_file_that_no_launch_reads_is_named(name: str, text: str, why: str) ->
     ],
 )
 def test_files_of_ros_1_and_ros_2_are_recognised(text: str, of_ros_2: bool) -> None:
-    assert xml_launch.is_of_ros_2(text) is of_ros_2
+    assert xml_launch.is_of_ros_2("a.launch", text) is of_ros_2
+    assert xml_launch.is_of_ros_2("a.launch.xml", text) is of_ros_2
+
+
+def test_a_file_that_both_could_read_is_of_the_one_its_name_says() -> None:
+    text = '<launch><include file="$(dirname)/x"/></launch>'
+    assert xml_launch.is_of_ros_2("a.launch.xml", text)
+    assert not xml_launch.is_of_ros_2("a.launch", text)
 
 
 def test_substitutions_within_each_other_are_read() -> None:

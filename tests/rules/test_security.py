@@ -67,6 +67,7 @@ def found_with(value: str, leader_spec: Path, tmp_path: Path) -> list[str]:
         (f"note: glpat-{'x' * 20}", ["SEC002"]),
         ("note: xoxb-123456789012-abcdef", ["SEC002"]),
         ('note: "https://robot:hunter2@broker/"', ["SEC002"]),
+        ('note: "udp://0.0.0.0:14540@127.0.0.1"', []),
         ('password: "https://robot:hunter2@broker/"', ["SEC001"]),  # reported once
         ('note: "https://broker:8080/@robot"', []),
         ('note: "mqtt://robot@broker"', []),
