@@ -46,8 +46,11 @@ _FORMS = (
     (("glpat-",), re.compile(r"glpat-[A-Za-z0-9_-]{20,}"), "a GitLab token"),
     (("xox",), re.compile(r"xox[abprs]-[A-Za-z0-9-]{10,}"), "a Slack token"),
     # not udp://0.0.0.0:14540@host, an address of MAVLink with a port
-    (("://",), re.compile(r"://((?![\d.]+:\d+@)[^\s/:@'\"]+:[^\s/@'\"$<{][^\s/@'\"]*)@"),
-     "a URL with a password"),
+    (
+        ("://",),
+        re.compile(r"://((?![\d.]+:\d+@)[^\s/:@'\"]+:[^\s/@'\"$<{][^\s/@'\"]*)@"),
+        "a URL with a password",
+    ),
 )
 _REMEDY = (
     "keep it in a file on the host, and give the program the path",

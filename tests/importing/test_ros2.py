@@ -280,7 +280,7 @@ def test_a_parameter_of_all_nodes_is_that_of_each(tmp_path: Path) -> None:
     assert programs["n"]["params"] == {"use_sim_time": True}
 
 
-def test_a_file_that_others_include_with_two_arguments_starts_two_nodes(tmp_path: Path) -> None:
+def test_a_file_that_two_others_include_starts_two_nodes(tmp_path: Path) -> None:
     node = '<node pkg="p" exec="e" name="n"><param name="size" value="{}"/></node>'
     inner = f'<launch><arg name="size" default="1"/>{node}</launch>'
     include = '<include file="$(dirname)/inner.launch.xml"><arg name="size" value="{}"/></include>'
