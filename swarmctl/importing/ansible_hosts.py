@@ -20,7 +20,7 @@ import yaml
 from swarmctl.importing.draft import Draft, Entry, Value
 from swarmctl.importing.lab_folder import SCRIPTS, VARIABLES, LabFolder, is_of_variables
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, add_islands, address_of, number
-from swarmctl.importing.launch_nodes import type_of_group, unknown_line
+from swarmctl.importing.recognition import type_of_group, unknown_line
 from swarmctl.importing.ros2_lab import DISTROS, LARGEST_DOMAIN, NEWEST_LTS, RMW, mode_of
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.robot_types.any_robot_type import AnyRobotType

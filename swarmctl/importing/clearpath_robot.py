@@ -10,7 +10,7 @@ from swarmctl.importing.clearpath_ros import ClearpathFile, add_ros
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.lab_folder import LabFolder
 from swarmctl.importing.lab_hosts import LabHosts
-from swarmctl.importing.launch_nodes import unknown_line
+from swarmctl.importing.recognition import unknown_line
 from swarmctl.importing.yaml_values import Keys, YamlValues, child_of
 from swarmctl.swarm.names import robot_namespace
 from swarmctl.yamltext.compose import compose, pairs_of

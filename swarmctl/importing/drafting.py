@@ -31,7 +31,7 @@ from swarmctl.importing.lab_folder import (
 )
 from swarmctl.importing.lab_hosts import arrange
 from swarmctl.importing.lab_scripts import Ros, ros_of
-from swarmctl.importing.launch_nodes import draft_from_launch
+from swarmctl.importing.ros1_lab import draft_from_launch
 from swarmctl.importing.ros2_lab import draft_from_ros_2, is_ros_2_launch
 from swarmctl.linter.runner import check_files
 from swarmctl.robot_types.any_robot_type import AnyRobotType

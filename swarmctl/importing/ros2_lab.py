@@ -11,12 +11,11 @@ from typing import Any
 from swarmctl.importing.crazyflies import add_all_crazyflies
 from swarmctl.importing.dds_profiles import Setting, rmw_of, settings_of
 from swarmctl.importing.draft import Draft, Value
+from swarmctl.importing.lab_draft import Lab
 from swarmctl.importing.lab_folder import LAUNCH, PYTHON, YAML, LabFolder
 from swarmctl.importing.lab_hosts import LabHosts, add_islands, address_of
 from swarmctl.importing.lab_scripts import OF_ROS_1, Ros, Started
-from swarmctl.importing.launch_nodes import (
-    Lab,
-    driver_files,
+from swarmctl.importing.launched_files import (
     files_of,
     launched_in,
     not_included,
@@ -26,6 +25,7 @@ from swarmctl.importing.launch_nodes import (
     unread,
     whole_folder,
 )
+from swarmctl.importing.recognition import driver_files
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages import python_launch, xml_launch

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.importing.launch_nodes import driven_type
+from swarmctl.importing.recognition import driven_type
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.spec.catalog import load_catalog
 from tests.importing.drafts import data, draft, lab
