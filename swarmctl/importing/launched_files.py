@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import posixpath
-import re
 import shlex
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -14,7 +13,7 @@ from swarmctl.importing.lab_folder import YAML, LabFolder
 from swarmctl.importing.lab_scripts import Evaluate, Ros, Started, ros_of, started_by
 from swarmctl.importing.recognition import drivers_of
 from swarmctl.importing.shell_script import Command, read_script
-from swarmctl.importing.unknown_values import is_secret
+from swarmctl.importing.unknown_values import quotes_secret
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages.launch_files import (
     Include,
@@ -28,7 +27,6 @@ from swarmctl.yamltext.compose import compose
 from swarmctl.yamltext.files import LoadBudget
 
 LIMIT = 20_000  # elements of all launch files together
-_QUOTED = re.compile(r"[`\"]([^`\"]*)[`\"]")
 _ALL = "the-imported-folder"  # as a package, so that its launch files may include each other
 
 
@@ -183,8 +181,7 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
             yield f"{path}: it, or all launch files together, are too large"
         yield from _without_effect(one)
         for place, why in one.left_out:
-            is_hidden = any(is_secret(one, one) for one in _QUOTED.findall(why))
-            shown = "what it runs may have a secret" if is_hidden else why
+            shown = "what it runs may have a secret" if quotes_secret(why) else why
             yield f"{normal(place)}: {shown}"
         unfound = (place for place in one.unfound if (place, "file") not in one.unknown)
         yield from (f"{normal(place)}: the included file is not here" for place in unfound)

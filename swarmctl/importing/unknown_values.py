@@ -37,7 +37,8 @@ class Unknown:
 
 
 def _depends(key: str, why: str) -> str:
-    return f"{'whether it applies' if key == 'if' else f'`{key}`'} depends on {why}"
+    shown = "what may be a secret" if quotes_secret(why) else why
+    return f"{'whether it applies' if key == 'if' else f'`{key}`'} depends on {shown}"
 
 
 _SECRET = re.compile(
@@ -45,8 +46,14 @@ _SECRET = re.compile(
     r"|(?<![a-z])(key|pin|auth)(?![a-z])|(api|access|private|auth)_?key|(?-i:[a-z]Key)",
     re.I,
 )
+_QUOTED = re.compile(r"[`\"]([^`\"]*)[`\"]")
 _IN_ADDRESS = re.compile(r"//[^/\s@]*:[^/\s@]*@")  # account:password@host
 _MAVLINK = re.compile(r"(?:udp|tcp)[a-z-]*://[\d.]*:\d{1,5}@")  # udp://:14540@host has a port there
+
+
+def quotes_secret(text: str) -> bool:
+    """Returns True if a message quotes what may hold a secret."""
+    return any(is_secret(one, one) for one in _QUOTED.findall(text))
 
 
 def is_secret(name: str, value: str) -> bool:

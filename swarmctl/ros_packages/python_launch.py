@@ -767,14 +767,9 @@ def _environment(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
     return Unknown(f"$(env {_argument(given, named, 0, 'name')}){shown}")
 
 
-def _shown(value: Any) -> str:
-    """The words of a command, as far as they are known."""
-    parts = value if isinstance(value, (list, tuple)) else [value]
-    texts = [
-        one if isinstance(one, str) else f"$({one.name})" if isinstance(one, Variable) else "..."
-        for one in parts
-    ]
-    return "".join(texts)[:100]
+def _printed(command: str) -> Unknown:
+    """What a command prints, which only the host knows."""
+    return Unknown(f"what `{command[:100]}` prints")
 
 
 def _rewritten(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
@@ -809,7 +804,7 @@ _SUBSTITUTIONS: Mapping[str, Callable[[Sequence[Any], Mapping[str, Any]], Any]] 
         _between(str(named.get("delimiter", "")), given[0] if given and isinstance(given[0], list) else [])
     ),
     "ThisLaunchFileDir": lambda _given, _named: "$(dirname)",
-    "Command": lambda given, named: Unknown(f"what `{_shown(_argument(given, named, 0, 'command'))}` prints"),
+    "Command": lambda given, named: Computed(_printed, _parts(_argument(given, named, 0, "command"))),
     "PythonExpression": lambda given, named: Computed(
         expression, _parts(_argument(given, named, 0, "expression"))
     ),

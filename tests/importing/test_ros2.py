@@ -176,6 +176,7 @@ def test_no_secret_of_a_launch_file_is_copied(tmp_path: Path) -> None:
             "'$(find-pkg-share p)/x.launch.py'), launch_arguments={'wifi_psk': 'hunter2'}.items())"
         ),
         "SetEnvironmentVariable('MQTT_URL', 'mqtt://me:hunter2@10.0.0.1')",
+        "Node(package='p', executable='e', name='x', parameters=[{'a': Command(['x --psk=hunter2'])}])",
         "Node(package='p', executable='e', name='m')",
     )
     text = f"def generate_launch_description():\n    return LaunchDescription([{', '.join(nodes)}])\n"
