@@ -28,12 +28,16 @@ def beyond(draft: Draft, spec: Spec) -> Draft:
     programs = _same(
         draft.programs, given.get("programs", {}), lambda _name, one: [_started(one, hosts, robots)]
     )
-    names = {**hosts, **robots}
+    names = {"host": hosts, "robot": robots}
     found = Draft(draft.source, name=draft.name)
     found.hosts = _left(draft.hosts, given.get("hosts", {}), hosts, names)
     found.robots = _left(draft.robots, given.get("robots", {}), robots, names)
     found.programs = _left(draft.programs, given.get("programs", {}), programs, names)
-    of_all = {key: one for key, one in {**draft.first, **draft.last}.items() if key not in _OF_ALL}
+    of_all = {
+        key: replace(one, value=_renamed(one.value, hosts))
+        for key, one in {**draft.first, **draft.last}.items()
+        if key not in _OF_ALL
+    }
     found.first = _fields(of_all, given, {})
     found.multimaster = _fields(draft.multimaster, given.get("multimaster") or {}, {})
     linked = {one.robot for one in spec.links if hasattr(one, "robot")}
@@ -46,16 +50,28 @@ def beyond(draft: Draft, spec: Spec) -> Draft:
 
 def _same(entries: Mapping[str, Entry], given: Mapping[str, Any], keys: Any) -> dict[str, str]:
     """The names in the spec of what both have."""
-    known: dict[str, str] = {}
+    known: dict[str, list[str]] = {}
     for name, one in given.items():
-        known.update({json.dumps(key): name for key in keys(name, one) if key})
+        for key in filter(None, keys(name, one)):
+            known.setdefault(json.dumps(key), []).append(name)
     found: dict[str, str] = {}
     for name, entry in entries.items():
         own = {key: one.value for key, one in entry.fields.items() if not one.fill_in}
-        same = next((known[json.dumps(key)] for key in keys(name, own) if json.dumps(key) in known), "")
-        if same or name in given:
-            found[name] = same or name
+        alike = [same for key in keys(name, own) for same in known.get(json.dumps(key), ())]
+        if name in given and (name in alike or not alike):
+            found[name] = name
+        elif alike:
+            found[name] = alike[0]
     return found
+
+
+def _renamed(value: Any, hosts: Mapping[str, str]) -> Any:
+    """A value with the names that hosts have in the spec."""
+    if isinstance(value, Mapping):
+        return {key: _renamed(one, hosts) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_renamed(one, hosts) for one in value]
+    return hosts.get(value, value) if isinstance(value, str) else value
 
 
 def _namespace(name: str, robot: Mapping[str, Any]) -> str:
@@ -63,14 +79,19 @@ def _namespace(name: str, robot: Mapping[str, Any]) -> str:
 
 
 def _started(program: Mapping[str, Any], hosts: Mapping[str, str], robots: Mapping[str, str]) -> list[Any]:
-    """What a program starts, and where."""
+    """What a program starts, and where; nothing for a container, whose image a draft does not know."""
+    if not any(key in program for key in _KINDS):
+        return []
     robot, host = program.get("robot", ""), program.get("host", "")
     where = ["robot", robots.get(robot, robot)] if robot else ["host", hosts.get(host, host)]
     return [*(program.get(key) for key in _KINDS), program.get("namespace"), *where]
 
 
 def _left(
-    entries: Mapping[str, Entry], given: Mapping[str, Any], same: Mapping[str, str], names: Mapping[str, str]
+    entries: Mapping[str, Entry],
+    given: Mapping[str, Any],
+    same: Mapping[str, str],
+    names: Mapping[str, Mapping[str, str]],
 ) -> dict[str, Entry]:
     """The entries that are not in the spec, and of those that are, the values that are not."""
     found: dict[str, Entry] = {}
@@ -83,11 +104,12 @@ def _left(
 
 
 def _fields(
-    fields: Mapping[str, Value], given: Mapping[str, Any], names: Mapping[str, str]
+    fields: Mapping[str, Value], given: Mapping[str, Any], names: Mapping[str, Mapping[str, str]]
 ) -> dict[str, Value]:
+    """The values that the spec has not; ``names`` has those of its hosts and robots by key."""
     found: dict[str, Value] = {}
     for key, one in fields.items():
-        value = names.get(str(one.value), one.value) if key in ("host", "robot") else one.value
+        value = names.get(key, {}).get(str(one.value), one.value)
         if one.fill_in or not (one.place or key not in given):
             continue
         left = _beyond(value, given.get(key))

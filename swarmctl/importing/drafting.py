@@ -54,8 +54,8 @@ class Kind(str, Enum):
 
 
 _WHAT = {
-    Kind.LAUNCH: "launch files or scripts that set ROS_MASTER_URI, ROS_IP or ROS_HOSTNAME",
-    Kind.ROS_2: "launch files of ROS 2, scripts that set its variables, or a crazyflies.yaml",
+    Kind.LAUNCH: "launch files, scripts or Compose files of ROS 1",
+    Kind.ROS_2: "launch files, scripts or Compose files of ROS 2, or a crazyflies.yaml",
     Kind.ANSIBLE: "an Ansible inventory",
     Kind.CLEARPATH: "a Clearpath robot.yaml",
 }

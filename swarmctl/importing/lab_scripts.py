@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
+from swarmctl.importing.command_lines import Word
 from swarmctl.importing.draft import Value
-from swarmctl.importing.shell_script import Assignment, Command, Remote, Script, Word
+from swarmctl.importing.shell_script import Assignment, Command, Remote, Script
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.ros_packages.launch_description import Unknown
 from swarmctl.ros_packages.launch_files import Include, Launched, Node, Place, Setting

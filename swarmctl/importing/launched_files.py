@@ -120,7 +120,7 @@ def launched_in(
             found[path] = one
         if one is not None and path in closed:
             include = Include(closed[path], posixpath.basename(path), "", {}, Place(path, 0), certain=True)
-            why = "what it starts, which the driver of a robot's type is"
+            why = "what it starts: the driver of a robot's type replaces it"
             found[path] = Launched(files=one.files, includes=[include], left_out=[(include.place, why)])
     return found
 
@@ -175,7 +175,7 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
         sections.update({key: sections.get(key) or is_used for key, is_used in one.sections.items()})
     for (file, key), is_used in sections.items():
         if not is_used:
-            yield f"{posixpath.normpath(file)}: its parameters of {key}, as no node here is called"
+            yield f"{posixpath.normpath(file)}: its parameters of {key}: no node here has that name"
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"

@@ -18,39 +18,27 @@ from functools import cache
 import tree_sitter
 import tree_sitter_bash
 
+from swarmctl.importing.command_lines import (
+    LONGEST_LIST,
+    SHELLS,
+    TERMINALS,
+    Word,
+    braced,
+    in_terminal,
+    is_shell,
+    short_options,
+    unwrapped,
+)
 from swarmctl.ros_packages.launch_description import Unknown
 from swarmctl.ros_packages.launch_files import Place
 
-Word = str | Unknown
-
 _STEPS = 20_000  # commands and words of a script, with those that it calls
-_LONGEST_LIST = 2_000
-_TEMPLATE = re.compile(r"\{\{.*?\}\}|\{[%#].*?[%#]\}")  # of Jinja
+_TEMPLATE = re.compile(r"\{\{.*?\}\}|(?<!\$)\{[%#].*?[%#]\}")  # of Jinja
 _NESTED = 100  # statements and words within each other
 _DEPTH = 16  # scripts, functions and remote commands within each other
 _VALUE = re.compile(r"\$\{(\w+)(?:\[([^\]]*)\])?(:?[-=].*)?\}", re.DOTALL)
-_BRACES = re.compile(r"(.*?)\{([^{},\s]*(?:,[^{},\s]*)+|-?\d+\.\.-?\d+)\}(.*)", re.DOTALL)
 _ESCAPED = re.compile(r"\\(\n|.)", re.DOTALL)
 _ARITHMETIC = re.compile(r"\s*(\w+)\s*(?:([-+*])\s*(\w+)\s*)?")
-#: Commands that run the rest of their words, and their options that have a value.
-_WRAPPERS: Mapping[str, str] = {
-    "sudo": "ughpCT", "nohup": "", "exec": "a", "command": "", "time": "fo", "nice": "n", "ionice": "cn",
-    "setsid": "", "stdbuf": "ioe", "unbuffer": "", "env": "uCS", "chrt": "", "taskset": "c", "xargs": "",
-    "sshpass": "pfd", "gosu": "", "su-exec": "",
-    "timeout": "ks", "dbus-launch": "", "caffeinate": "",
-}  # fmt: skip
-_POSITIONAL = {
-    "timeout",
-    "chrt",
-    "taskset",
-    "gosu",
-    "su-exec",
-}  # that take a word of their own before the command
-_SHELLS = {"bash", "sh", "zsh", "dash"}
-_TERMINALS = {
-    "gnome-terminal", "xterm", "konsole", "terminator", "lxterminal", "mate-terminal", "x-terminal-emulator",
-    "xfce4-terminal", "tilix", "kitty", "alacritty", "urxvt",
-}  # fmt: skip
 _SSH_VALUES = "BbcDEeFIiJLlmOopQRSWw"
 _MULTIPLEXERS = {"tmux", "byobu", "byobu-tmux"}
 _STARTS = {
@@ -169,6 +157,7 @@ class _Shell:
     arguments: list[Word] | None = None  # of the script or the function; None if they are not known
     windows: dict[str, _Shell] = field(default_factory=dict)  # of tmux and screen
     entered: Remote | None = None  # by an ssh without a command
+    opened: _Shell | None = None  # where an ssh of this window leads
 
     def run(self, text: str) -> None:
         """Runs a text."""
@@ -182,7 +171,7 @@ class _Shell:
     def inner(self, **changes: object) -> _Shell:
         """Returns a shell with copies of the variables."""
         own = {"variables": dict(self.variables), "exported": set(self.exported), "depth": self.depth + 1}
-        own |= {"windows": {}, "entered": None}
+        own |= {"windows": {}, "entered": None, "opened": None}
         return replace(self, **{**own, **changes})  # type: ignore[arg-type]
 
     def place(self, node: tree_sitter.Node) -> Place:
@@ -246,10 +235,10 @@ class _Shell:
             self.repeat("", [Unknown("a loop that counts")], body)
             return
         count = range(first, last + (match[3] == "<="))
-        self.repeat(match[1], [str(one) for one in count[:_LONGEST_LIST]], body)
+        self.repeat(match[1], [str(one) for one in count[:LONGEST_LIST]], body)
 
     def repeat(self, name: str, values: Sequence[Word], body: tree_sitter.Node) -> None:
-        for value in values[:_LONGEST_LIST]:
+        for value in values[:LONGEST_LIST]:
             certain, self.certain = self.certain, self.certain and not isinstance(value, Unknown)
             self.variables[name] = value
             self.node(body)
@@ -260,6 +249,7 @@ class _Shell:
         body = node.child_by_field_name("body")
         if body is None:
             return
+        self.entered = None
         self.node(body)
         if (there := self.entered) is None:
             return
@@ -348,7 +338,7 @@ class _Shell:
         return [text[2:-1] if text.startswith("$") else text[1:-1]]
 
     def plain(self, node: tree_sitter.Node) -> list[Word]:
-        return _braced(_ESCAPED.sub(lambda one: "" if one[1] == "\n" else one[1], _text(node)))
+        return braced(_ESCAPED.sub(lambda one: "" if one[1] == "\n" else one[1], _text(node)))
 
     def split(self, node: tree_sitter.Node) -> list[Word]:
         """The words of a value without quotes."""
@@ -365,7 +355,7 @@ class _Shell:
                 return [part]
             parts.append(part)
         is_quoted = any(one.type in ("string", "raw_string") for one in node.children)
-        return ["".join(parts)] if is_quoted else _braced("".join(parts))
+        return ["".join(parts)] if is_quoted else braced("".join(parts))
 
     def computed(self, node: tree_sitter.Node) -> list[Word]:
         text = _text(node)
@@ -447,7 +437,7 @@ class _Shell:
                 step = numbers[1] if len(numbers) > 2 else 1
                 if first is not None and step and numbers[-1] is not None:
                     end = numbers[-1] + (1 if step > 0 else -1)
-                    return [str(one) for one in range(first, end, step)[:_LONGEST_LIST]]
+                    return [str(one) for one in range(first, end, step)[:LONGEST_LIST]]
             if name == "echo":
                 return list(words)
         return [Unknown(f"`{_text(node)[:60]}`")]
@@ -484,7 +474,7 @@ class _Shell:
         self, words: tuple[Word, ...], environment: dict[str, Word], node: tree_sitter.Node, line: int
     ) -> None:
         """Runs a command: as far as it runs others, these."""
-        words, own, has_password = _unwrapped(words)
+        words, own, has_password = unwrapped(words)
         environment |= own
         name, *rest = words or ("",)
         texts = [one if isinstance(one, str) else "" for one in rest]
@@ -497,7 +487,7 @@ class _Shell:
             inner.node(self.functions[name])
         elif (
             program in ("source", ".")
-            or program in _SHELLS
+            or program in SHELLS
             or (isinstance(name, str) and self.of_folder(name))
         ):
             self.script_run(program, [*words], environment, node, line)
@@ -509,8 +499,8 @@ class _Shell:
             self.tmux(rest, line)
         elif program == "screen":
             self.screen(texts, line)
-        elif program in _TERMINALS:
-            for one in _in_terminal(texts):
+        elif program in TERMINALS:
+            for one in in_terminal(texts):
                 self.inner(line=line).run(one)
         else:
             self.all.steps.append(Command(words, environment, self.place(node), self.remote, self.certain))
@@ -522,7 +512,7 @@ class _Shell:
         is_here = program in ("source", ".")
         if words == [program]:  # a shell for a person
             return
-        rest = words[1:] if is_here or program in _SHELLS else words
+        rest = words[1:] if is_here or program in SHELLS else words
         shell = self if is_here else self.inner()
         shell = shell if is_here else replace(shell, variables={**shell.variables, **environment})
         if not is_here and rest and isinstance(rest[0], str) and re.fullmatch(r"-\w*c", rest[0]):
@@ -549,7 +539,7 @@ class _Shell:
 
     def ssh(self, words: Sequence[Word], node: tree_sitter.Node, line: int, *, has_password: bool) -> None:
         """Runs on another computer what follows its name; without a command, what is typed next."""
-        options, rest = _options(words, _SSH_VALUES)
+        options, rest = short_options(words, _SSH_VALUES)
         target, *command = rest or [Unknown("no computer")]
         user, _, address = target.rpartition("@") if isinstance(target, str) else ("", "", "")
         if match := re.fullmatch(r"ssh://(?:([^@/]+)@)?([^:/]+)(?::(\d+))?/?", str(target)):
@@ -560,7 +550,7 @@ class _Shell:
             return
         there = Remote(address, str(known[0]) or user, str(known[1]), str(known[2]), has_password)
         self.all.steps.append(Command(("ssh",), {}, self.place(node), there, self.certain))
-        if not command or _is_shell(command):
+        if not command or is_shell(command):
             self.entered = there
             return
         if any(isinstance(one, Unknown) for one in command):
@@ -577,9 +567,9 @@ class _Shell:
     def tmux(self, words: Sequence[Word], line: int) -> None:
         """Runs the commands of windows and panes, and what is typed into them."""
         for is_end, group in itertools.groupby(words, lambda one: one == ";"):
-            _, rest = _options([*group], "fLST") if not is_end else ({}, [])
+            _, rest = short_options([*group], "fLST") if not is_end else ({}, [])
             verb, *others = rest or [""]
-            options, inside = _options(others, _TMUX_VALUES)
+            options, inside = short_options(others, _TMUX_VALUES)
             texts = [one for one in inside if isinstance(one, str)]
             if verb in _STARTS and texts:
                 self.window(str(options.get("t", ""))).typed(" ".join(texts), line)
@@ -593,7 +583,7 @@ class _Shell:
                     self.window(str(options.get("t", ""))).typed(typed, line)
 
     def screen(self, words: Sequence[str], line: int) -> None:
-        options, rest = _options(words, "cehpsSTtX")
+        options, rest = short_options(words, "cehpsSTtX")
         if options.get("X") == "stuff" and rest:
             name = str(options.get("S", ""))
             self.window(name).typed(str(rest[0]).replace("\\n", "\n").rstrip("\n").removesuffix("^M"), line)
@@ -610,9 +600,8 @@ class _Shell:
         """Runs a line that is typed into this shell, or into the one that ssh has opened in it."""
         if self.entered is not None:
             there, self.entered = self.entered, None
-            inner = self.there(there)
-            self.windows["ssh"] = inner
-        shell = self.windows.get("ssh", self)
+            self.opened = self.there(there)
+        shell = self.opened or self
         shell.line = line
         if shell is not self:
             shell.typed(text, line)
@@ -646,81 +635,3 @@ def _text(node: tree_sitter.Node) -> str:
 def _unescaped(text: bytes) -> str:
     """Text between double quotes, as bash reads it."""
     return re.sub(r'\\(["$`\\\n])', lambda one: one[1].strip("\n"), text.decode("utf-8", "replace"))
-
-
-def _braced(text: str) -> list[Word]:
-    """The words of `a{1..3}` and `a{b,c}`."""
-    waiting, found = [text], list[Word]()
-    while waiting and len(found) < _LONGEST_LIST:
-        one = waiting.pop(0)
-        match = _BRACES.fullmatch(one)
-        if match is None:
-            found.append(one)
-            continue
-        choices = match[2].split(",")
-        if ".." in match[2]:
-            first, last = (int(end[:9]) for end in match[2].split(".."))
-            step, width = (
-                (1 if last >= first else -1),
-                len(match[2].split("..")[0]) if match[2][0] == "0" else 0,
-            )
-            choices = [str(at).zfill(width) for at in range(first, last + step, step)[:_LONGEST_LIST]]
-        waiting[:0] = [f"{match[1]}{choice}{match[3]}" for choice in choices]
-    return found
-
-
-def _options(words: Sequence[Word], with_value: str) -> tuple[dict[str, Word], list[Word]]:
-    """The short options before the first other word, and what follows them."""
-    found: dict[str, Word] = {}
-    rest = list(words)
-    while rest and isinstance(rest[0], str) and rest[0].startswith("-") and len(rest[0]) > 1:
-        letters = rest.pop(0)
-        if letters == "--":
-            break
-        for at, letter in enumerate(str(letters)[1:], 1):
-            if letter in with_value:
-                found[letter] = str(letters)[at + 1 :] or (rest.pop(0) if rest else "")
-                break
-            found[letter] = ""
-    return found, rest
-
-
-def _unwrapped(words: tuple[Word, ...]) -> tuple[tuple[Word, ...], dict[str, Word], bool]:
-    """A command without those that run it, the variables that `env` sets, and whether it has a password."""
-    own: dict[str, Word] = {}
-    has_password = False
-    while words and isinstance(words[0], str) and posixpath.basename(words[0]) in _WRAPPERS:
-        name = posixpath.basename(words[0])
-        has_password = has_password or name == "sshpass"
-        _, rest = _options(words[1:], _WRAPPERS[name])
-        while name in ("env", "sudo") and rest and isinstance(rest[0], str) and re.match(r"\w+=", rest[0]):
-            key, _, value = str(rest.pop(0)).partition("=")
-            own[key] = value
-        words = tuple(rest[1:] if name in _POSITIONAL else rest)
-    return words, own, has_password
-
-
-def _is_shell(command: Sequence[Word]) -> bool:
-    """Returns True for a command that runs what it reads: `bash -s`."""
-    words = [word for one in command if isinstance(one, str) for word in one.split()]
-    return (
-        bool(words)
-        and words[0] in _SHELLS
-        and all(one.startswith("-") and "c" not in one for one in words[1:])
-    )
-
-
-def _in_terminal(words: Sequence[str]) -> Iterator[str]:
-    """What a terminal runs: one command after `--` or `-x`, or a text after each `-e`."""
-    for at, word in enumerate(words):
-        name, _, value = word.partition("=")
-        if word in ("--", "-x", "-hold"):
-            rest = words[at + 1 :]
-            yield " ".join(one if re.fullmatch(r"[\w@%+=:,./-]+", one) else _quoted(one) for one in rest)
-            return
-        if name in ("-e", "--command") and (value or at + 1 < len(words)):
-            yield value or words[at + 1]
-
-
-def _quoted(text: str) -> str:
-    return "'" + text.replace("'", "'\\''") + "'"

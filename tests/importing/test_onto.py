@@ -12,6 +12,7 @@ from swarmctl.linter.runner import check_files
 from swarmctl.spec.load import Document
 from tests.importing.drafts import draft, lab
 
+IMAGE = f"sha256:{'0' * 64}"
 SCRIPT = """\
 source /opt/ros/jazzy/setup.bash
 export ROS_DOMAIN_ID=7
@@ -53,6 +54,31 @@ def test_names_of_a_spec_are_its_own(tmp_path: Path) -> None:
         spec["robots"]["rear-robot"]["namespace"] = "tb_2"
 
     assert beyond(lab(tmp_path, {"start.sh": SCRIPT}), renamed) is None
+
+
+def test_each_container_is_its_own(tmp_path: Path) -> None:
+    """A draft does not know their images, so they are known by their names."""
+    services = (
+        "services:\n  router: {image: r, environment: {A: 1}}\n  camera: {image: c, environment: {A: 1}}\n"
+    )
+
+    def one_only(spec: Any) -> None:
+        spec["hosts"]["robot-pc"]["address"] = "10.0.0.1"
+        spec["programs"] = {"router": {**spec["programs"]["router"], "container": {"image": IMAGE}}}
+        spec["robots"] = {"k3": {"type": "khepera3", "host": "robot-pc"}}
+        spec["links"] = [{"kind": "serial", "host": "robot-pc", "robot": "k3", "device": "/dev/ttyS0"}]
+
+    found = beyond(lab(tmp_path, {"compose.yaml": services}), one_only)
+    assert list(found["programs"]) == ["camera"]
+
+
+def test_a_host_and_a_robot_of_one_name_are_two(tmp_path: Path) -> None:
+    def renamed(spec: Any) -> None:
+        spec["hosts"] = {"pi": spec["hosts"]["tb-1"]}
+        spec["leader"] = spec["robots"]["tb-1"]["host"] = "pi"
+
+    script = 'ssh pi@tb-1 "ros2 launch turtlebot3_bringup robot.launch.py namespace:=tb_1"\n'
+    assert beyond(lab(tmp_path, {"start.sh": script}), renamed) is None
 
 
 def test_what_is_missing_or_other_is_shown(tmp_path: Path) -> None:

@@ -79,6 +79,8 @@ def test_robots_that_a_loop_starts_by_ssh_are_hosts_and_robots(tmp_path: Path) -
         ("bash -c 'ssh a go'", [("a", "go")]),
         ("A=x env B=y go", [("", "go")]),
         ("start() { ssh a go; }", [("a", "go")]),
+        ("ssh a\ncat <<EOF\nros2 run p e\nEOF", [("", "cat")]),
+        ("echo ${#H[@]} ${H%}\nssh a go", [("", "echo ? ?"), ("a", "go")]),
         ("ssh $ROBOT go", [("", "ssh ? go")]),
         ("ros2 launch {{ folder }}/a.py", [("", "ros2 launch ?")]),
         ("gosu $USER bash -c \"ssh a go\"", [("a", "go")]),
