@@ -13,7 +13,7 @@ from swarmctl.importing.fkie_settings import FkieSettings
 from swarmctl.importing.lab_folder import own_address
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.lab_scripts import Started
-from swarmctl.importing.launched_files import nodes_in, normal
+from swarmctl.importing.launched_files import Found, nodes_in, normal, reasons
 from swarmctl.importing.node_programs import component_fields, left_out, program_fields, why_left_out
 from swarmctl.importing.recognition import driven_type, drivers_of, line_of, unknown_line
 from swarmctl.importing.shell_script import Remote
@@ -28,7 +28,6 @@ from swarmctl.ros_packages.launch_files import (
     Launched,
     Machine,
     Node,
-    Place,
 )
 from swarmctl.swarm.addresses import ip_of, means_self
 from swarmctl.swarm.names import robot_namespace, valid_name
@@ -47,14 +46,13 @@ MULTIMASTERS = {
 class Lab:
     """A draft of what launch files and scripts start."""
 
-    def __init__(
-        self, types: Mapping[str, AnyRobotType], unknown: Mapping[tuple[Place, str], str], draft: Draft
-    ) -> None:
+    def __init__(self, types: Mapping[str, AnyRobotType], found: Found, draft: Draft) -> None:
         self.types = with_protocol(types)
         self.ros_types = {name: one for name, one in types.items() if isinstance(one, RosRobotType)}
         self.drivers = drivers_of(types)
-        self.unknown = Unknown(unknown)
+        self.unknown = Unknown(reasons(found.launched))
         self.draft = draft
+        self.draft.files |= found.files
         self.hosts = LabHosts(self.draft)
         self.fkie = FkieSettings(self.draft, self.hosts)
         self.machines: dict[str, str] = {}  # hosts by the names of roslaunch

@@ -5,13 +5,13 @@ from __future__ import annotations
 import posixpath
 import shlex
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from swarmctl.importing.compose_services import Service, is_compose, is_compose_of_ros_1, services_of
 from swarmctl.importing.draft import Value
 from swarmctl.importing.lab_folder import YAML, LabFolder
 from swarmctl.importing.lab_scripts import Evaluate, Ros, Started, ros_of, started_by
-from swarmctl.importing.recognition import drivers_of
+from swarmctl.importing.recognition import driver_files, drivers_of
 from swarmctl.importing.shell_script import Command, read_script
 from swarmctl.importing.unknown_values import quotes_secret
 from swarmctl.robot_types.any_robot_type import AnyRobotType
@@ -28,6 +28,47 @@ from swarmctl.yamltext.files import LoadBudget
 
 LIMIT = 20_000  # elements of all launch files together
 _ALL = "the-imported-folder"  # as a package, so that its launch files may include each other
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the files of a folder start: ``launched`` by launch file or script, but what others include."""
+
+    services: Mapping[str, tuple[Service, Started]]
+    started: Sequence[Started]
+    launched: Mapping[str, Launched]
+    files: set[str]
+
+    @property
+    def starts_nodes(self) -> bool:
+        """True if a node, a launch file or a container is started."""
+        return bool(self.services) or any(one.nodes or one.includes for one in self.launched.values())
+
+
+def found_in(
+    folder: LabFolder,
+    ros: Ros,
+    types: Mapping[str, AnyRobotType],
+    is_launch: Callable[[str], bool],
+    evaluate: Callable[[Package, str, Mapping[str, str | None], str, int], Launched],
+) -> Found:
+    """Returns what the files of one ROS start; ``is_launch`` returns True for the path of a launch file."""
+    whole, packages = whole_folder(folder)
+    closed = driver_files(packages, types)
+
+    def one(
+        package: Package, path: str, given: Mapping[str, str | None], namespace: str, limit: int
+    ) -> Launched | None:
+        is_driver = posixpath.normpath(posixpath.join(package.folder, path)) in closed
+        return None if is_driver else evaluate(package, path, given, namespace, limit)
+
+    def read(path: str, limit: int) -> Launched | None:
+        return evaluate(whole, path, {}, "", limit) if is_launch(path) else None
+
+    services = services_in(folder, ros, types)
+    started = [*scripts_of(folder, ros, one), *(one for _, one in services.values())]
+    every = {**launched_in(folder, read, closed), **{one.key: one.launched for one in started}}
+    return Found(services, started, not_included(every), files_of(folder, every))
 
 
 def scripts_of(folder: LabFolder, ros: Ros, evaluate: Evaluate) -> Sequence[Started]:

@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-import posixpath
 from collections.abc import Mapping
 
 from swarmctl.importing.draft import Draft
 from swarmctl.importing.lab_draft import MULTIMASTERS, Lab
 from swarmctl.importing.lab_folder import LAUNCH, LabFolder
 from swarmctl.importing.lab_scripts import Ros
-from swarmctl.importing.launched_files import (
-    files_of,
-    launched_in,
-    nodes_in,
-    not_included,
-    reasons,
-    scripts_of,
-    services_in,
-    unread,
-    whole_folder,
-)
+from swarmctl.importing.launched_files import found_in, nodes_in, unread, whole_folder
 from swarmctl.importing.recognition import driver_files
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages.launch_files import (
@@ -37,37 +26,30 @@ def draft_from_launch(
 
     ``draft`` has what an inventory says, if there is one.
     """
-    whole, packages = whole_folder(folder)
+    _, packages = whole_folder(folder)
     closed = driver_files(packages, types)
 
-    def one(
+    def is_launch(path: str) -> bool:
+        return path.endswith(LAUNCH) and not is_of_ros_2(path, folder.texts[path])
+
+    def evaluated(
         package: Package, path: str, given: Mapping[str, str | None], namespace: str, limit: int
-    ) -> Launched | None:
-        if posixpath.normpath(posixpath.join(package.folder, path)) in closed:
-            return None
+    ) -> Launched:
         return evaluate(package, path, given, namespace or "/", packages, limit=limit, closed=closed)
 
-    def read(path: str, limit: int) -> Launched | None:
-        if not path.endswith(LAUNCH) or is_of_ros_2(path, folder.texts[path]):
-            return None
-        return evaluate(whole, path, {}, "/", packages, limit=limit, closed=closed)
-
-    services = services_in(folder, Ros.ONE, types)
-    started = [*scripts_of(folder, Ros.ONE, one), *(one for _, one in services.values())]
-    every = {**launched_in(folder, read, closed), **{one.key: one.launched for one in started}}
-    launched = not_included(every)
-    lab = Lab(types, reasons(launched), draft or Draft("launch files and scripts"))
-    lab.draft.files |= files_of(folder, every)
+    found = found_in(folder, Ros.ONE, types, is_launch, evaluated)
+    launched = found.launched
+    lab = Lab(types, found, draft or Draft("launch files and scripts"))
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
-    lab.add_scripts(started)
+    lab.add_scripts(found.started)
     for path, node in nodes_in(launched):
         if node.certain and node.package in MULTIMASTERS:
             lab.fkie.add_hosts(node, launched[path])
-    if services or any(one.nodes or one.includes for one in launched.values()):
+    if found.starts_nodes:
         lab.add_any_host("it starts all nodes")
     lab.add_nodes(launched)
-    lab.add_services(services)
+    lab.add_services(found.services)
     lab.add_masters()
     lab.add_parameters(launched)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))

@@ -15,16 +15,7 @@ from swarmctl.importing.lab_draft import Lab
 from swarmctl.importing.lab_folder import LAUNCH, PYTHON, YAML, LabFolder
 from swarmctl.importing.lab_hosts import LabHosts, add_islands, address_of
 from swarmctl.importing.lab_scripts import OF_ROS_1, Ros, Started
-from swarmctl.importing.launched_files import (
-    files_of,
-    launched_in,
-    not_included,
-    reasons,
-    scripts_of,
-    services_in,
-    unread,
-    whole_folder,
-)
+from swarmctl.importing.launched_files import found_in, unread, whole_folder
 from swarmctl.importing.recognition import driver_files
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.robot_types.any_robot_type import AnyRobotType
@@ -68,27 +59,21 @@ def draft_from_ros_2(
 
     ``draft`` has what an inventory says, if there is one.
     """
-    whole, packages = whole_folder(folder)
+
+    _, packages = whole_folder(folder)
     closed = driver_files(packages, types)
 
-    def one(
+    def is_launch(path: str) -> bool:
+        return is_ros_2_launch(path, folder.texts[path])
+
+    def evaluated(
         package: Package, path: str, given: Mapping[str, str | None], _namespace: str, limit: int
-    ) -> Launched | None:
-        if posixpath.normpath(posixpath.join(package.folder, path)) in closed:
-            return None
+    ) -> Launched:  # the namespace is a variable of ROS 1
         return evaluate(package, path, packages, _READERS, limit=limit, arguments=given, closed=closed)
 
-    def read(path: str, limit: int) -> Launched | None:
-        if not is_ros_2_launch(path, folder.texts[path]):
-            return None
-        return evaluate(whole, path, packages, _READERS, limit=limit, closed=closed)
-
-    services = services_in(folder, Ros.TWO, types)
-    started = [*scripts_of(folder, Ros.TWO, one), *(one for _, one in services.values())]
-    every = {**launched_in(folder, read, closed), **{one.key: one.launched for one in started}}
-    launched = not_included(every)
-    lab = Lab(types, reasons(launched), draft or Draft("launch files and scripts of ROS 2"))
-    lab.draft.files |= files_of(folder, every)
+    found = found_in(folder, Ros.TWO, types, is_launch, evaluated)
+    started, launched = found.started, found.launched
+    lab = Lab(types, found, draft or Draft("launch files and scripts of ROS 2"))
     lab.add_scripts(started)
     domains = _domains(started, lab.started_on)
     variables = dict(_variables(started, lab.draft.unread, domains))
@@ -96,12 +81,12 @@ def draft_from_ros_2(
     ros.add_profiles(folder)
     ros.add_servers(started, lab.started_on)
     ros.add_peers()
-    if services or any(one.nodes or one.includes for one in launched.values()):
+    if found.starts_nodes:
         lab.add_any_host("it starts all nodes")
     elif variables or _profiles(folder):
         lab.add_any_host("the files are for it")
     lab.add_nodes(launched)
-    lab.add_services(services)
+    lab.add_services(found.services)
     lab.add_parameters(launched)
     add_all_crazyflies(lab.draft, lab.hosts, folder)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
