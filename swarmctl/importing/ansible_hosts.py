@@ -19,9 +19,17 @@ import yaml
 
 from swarmctl.importing.draft import Draft, Entry, Value
 from swarmctl.importing.lab_folder import SCRIPTS, VARIABLES, LabFolder, is_of_variables
-from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, add_islands, address_of, number
+from swarmctl.importing.lab_hosts import (
+    EXAMPLE,
+    LARGEST_DOMAIN,
+    LabHosts,
+    add_islands,
+    address_of,
+    domain_of,
+    number,
+)
 from swarmctl.importing.recognition import type_of_group, unknown_line
-from swarmctl.importing.ros2_lab import DISTROS, LARGEST_DOMAIN, NEWEST_LTS, RMW, mode_of
+from swarmctl.importing.ros2_lab import DISTROS, NEWEST_LTS, RMW, mode_of
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages.launch_files import Place
@@ -240,8 +248,8 @@ def _add_ros(draft: Draft, hosts: Mapping[str, Variables], place: Place) -> None
             ros.setdefault("rmw", RMW[rmw])
         elif rmw:
             left.append(f"{place}: rmw_implementation {rmw} of host `{key}` has no key in a spec")
-        if domain.isdecimal() and int(domain) <= LARGEST_DOMAIN:
-            domains.setdefault(int(domain), []).append(key)
+        if (known := domain_of(domain)) is not None:
+            domains.setdefault(known, []).append(key)
         elif domain:
             left.append(f"{place}: ros_domain_id {domain} of host `{key}` is none from 0 to {LARGEST_DOMAIN}")
     if not (ros or domains) and any(_first(one, _DISTRO) == "noetic" for one in hosts.values()):

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import yaml
 
 from swarmctl.importing.draft import Draft, Value
-from swarmctl.importing.lab_hosts import LabHosts, add_islands, number
-from swarmctl.importing.ros2_lab import LARGEST_DOMAIN, RMW
+from swarmctl.importing.lab_hosts import LARGEST_DOMAIN, LabHosts, add_islands, number
+from swarmctl.importing.ros2_lab import RMW
 from swarmctl.importing.yaml_values import YamlValues, child_of, is_empty, quoted
 from swarmctl.yamltext.compose import pairs_of
 

@@ -14,6 +14,7 @@ from swarmctl.swarm.addresses import ip_of, means_self, usual_subnet
 from swarmctl.swarm.modes import MULTIMASTER, ROLES
 
 EXAMPLE = "192.168.77.11"
+LARGEST_DOMAIN = 101  # of ROS 2, with room for the participants of each
 
 
 class LabHosts:
@@ -127,6 +128,12 @@ def add_islands(draft: Draft, domains: Mapping[int, Sequence[str]], written: Map
 def number(text: str) -> int | str:
     """Returns a port as a number, or the text if it is none."""
     return int(text) if text.isascii() and text.isdecimal() and len(text) < 10 else text
+
+
+def domain_of(text: str) -> int | None:
+    """Returns a ROS_DOMAIN_ID; None for a text that is none which a spec can have."""
+    found = number(text)
+    return found if isinstance(found, int) and found <= LARGEST_DOMAIN else None
 
 
 def _short(name: str) -> str:

@@ -13,7 +13,7 @@ from swarmctl.importing.dds_profiles import Setting, rmw_of, settings_of
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.importing.lab_draft import Lab
 from swarmctl.importing.lab_folder import LAUNCH, PYTHON, YAML, LabFolder
-from swarmctl.importing.lab_hosts import LabHosts, add_islands, address_of
+from swarmctl.importing.lab_hosts import LabHosts, add_islands, address_of, domain_of
 from swarmctl.importing.lab_scripts import OF_ROS_1, Ros, Started
 from swarmctl.importing.launched_files import found_in, unread, whole_folder
 from swarmctl.importing.recognition import driver_files
@@ -39,8 +39,7 @@ NEWEST_LTS = "jazzy"
 RMW = {"rmw_fastrtps_cpp": "fastrtps", "rmw_cyclonedds_cpp": "cyclonedds", "rmw_zenoh_cpp": "zenoh"}
 _SERVER_PORT = 11811
 _FILE_VARIABLES = ("CYCLONEDDS_URI", "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
-LARGEST_DOMAIN = 101
-_SERVER = re.compile(r"(?:UDPv4:)?\[?([\w.-]+)\]?(?::(\d+))?")
+_SERVER = re.compile(r"(?:UDPv4:)?\[?([\w.-]+)\]?(?::(\d{1,5}))?")
 
 
 def is_ros_2_launch(path: str, text: str) -> bool:
@@ -113,8 +112,9 @@ def _domains(
     found: dict[int, dict[str, Value]] = {}
     for one in started:
         domain = one.variables.get("ROS_DOMAIN_ID")
-        if domain and one.remote and str(domain.value).isdecimal() and int(domain.value) <= LARGEST_DOMAIN:
-            found.setdefault(int(domain.value), {}).setdefault(str(hosts[one.key].value), domain)
+        number = domain_of(str(domain.value)) if domain and one.remote else None
+        if domain and number is not None:
+            found.setdefault(number, {}).setdefault(str(hosts[one.key].value), domain)
     return {number: [*of.items()] for number, of in sorted(found.items())}
 
 
@@ -251,8 +251,8 @@ class _Ros:
         place, left = distro.place, self._draft.unread
         for name, one in self._variables.items():
             text = str(one.value)
-            if name == "ROS_DOMAIN_ID" and text.isdecimal() and int(text) <= LARGEST_DOMAIN:
-                ros["domain"] = int(text)
+            if name == "ROS_DOMAIN_ID" and domain_of(text) is not None:
+                ros["domain"] = domain_of(text)
             elif name == "RMW_IMPLEMENTATION" and text in RMW:
                 ros["rmw"] = RMW[text]
             elif (name == "ROS_DISCOVERY_SERVER" and self._servers) or (

@@ -476,7 +476,9 @@ class _Shell:
         """Runs a command: as far as it runs others, these."""
         words, own, has_password = unwrapped(words)
         environment |= own
-        name, *rest = words or ("",)
+        if not words:
+            return
+        name, *rest = words
         texts = [one if isinstance(one, str) else "" for one in rest]
         program = posixpath.basename(name) if isinstance(name, str) else ""
         if isinstance(name, str) and name in self.functions and self.depth < _DEPTH:

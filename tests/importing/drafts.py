@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
+from hypothesis import strategies as st
 
 from swarmctl.importing.drafting import Imported, Kind, imported
 from swarmctl.rulebook import Severity
@@ -78,6 +79,21 @@ def vanished(source: str, path: str, found: Imported) -> list[str]:
 
     root = yaml.compose(source)
     return [source.split("\n")[line - 1].strip() for line in sorted(below(root, frozenset()))]
+
+
+def odd(words: Sequence[str]) -> tuple[st.SearchStrategy[object], st.SearchStrategy[object]]:
+    """Single values, and values of any shape, with ``words`` among their texts and keys."""
+    texts = (st.sampled_from(words), st.text(max_size=4))
+    scalars: st.SearchStrategy[object] = st.one_of(
+        st.none(), st.booleans(), st.integers(), st.floats(), *texts
+    )
+    return scalars, st.recursive(
+        scalars,
+        lambda inner: st.one_of(
+            st.lists(inner, max_size=3), st.dictionaries(st.sampled_from(words), inner, max_size=4)
+        ),
+        max_leaves=12,
+    )
 
 
 _COUNTS = re.compile(r"(\d+) to fill in, (\d+) not read; (\d+) guess")

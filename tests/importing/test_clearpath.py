@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmctl.importing.drafting import DraftError, Imported
-from tests.importing.drafts import data, draft, lab, vanished
+from tests.importing.drafts import data, draft, lab, odd, vanished
 
 HUMBLE = """serial_number: j100-0001
 system:
@@ -335,16 +335,7 @@ WORDS = [
     *("implementation", "discovery", "servers", "hostname", "ip", "port", "server_id", "enabled", "profile"),
     *("server", "simple", "rmw_cyclonedds_cpp", "pc", "10.0.0.1", "", "a b", "j100-1", "x/y", "~", "<<"),
 ]
-SCALARS = st.one_of(
-    st.none(), st.booleans(), st.integers(), st.floats(), st.sampled_from(WORDS), st.text(max_size=4)
-)
-ODD = st.recursive(
-    SCALARS,
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3), st.dictionaries(st.sampled_from(WORDS), inner, max_size=4)
-    ),
-    max_leaves=12,
-)
+SCALARS, ODD = odd(WORDS)
 SERVER = st.one_of(ODD, st.fixed_dictionaries({"hostname": ODD}, optional={"port": ODD, "server_id": ODD}))
 MIDDLEWARE = st.fixed_dictionaries(
     {"discovery": st.one_of(st.just("server"), ODD)},

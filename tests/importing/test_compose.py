@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import tempfile
+from contextlib import suppress
 from pathlib import Path
 
-from tests.importing.drafts import data, draft, lab
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarmctl.importing.drafting import DraftError
+from tests.importing.drafts import data, draft, lab, odd
 
 FILE = """\
 x-common: &common
@@ -113,3 +120,19 @@ services:
     found = data(draft(lab(tmp_path, {"compose.yaml": text})))
     assert found["ros"] == {"distro": "jazzy", "domain": 4}
     assert found["programs"]["router"]["environment"] == {"ROS_LOCALHOST_ONLY": "1"}
+
+
+WORDS = [
+    *("image", "command", "environment", "env_file", "devices", "volumes", "path", "extends", "<<", "a:b"),
+    *("ROS_DOMAIN_ID=7", "${A:-b}", "${", "$$", "'", "/dev/x:/dev/y:rwm", "/a:/b", "ros2 launch p f.py"),
+]
+_, ODD = odd(WORDS)
+SERVICE = st.dictionaries(st.sampled_from(WORDS), ODD, max_size=6).map(lambda one: {"image": "i", **one})
+
+
+@settings(max_examples=60)
+@given(st.dictionaries(st.text(max_size=4), SERVICE, min_size=1, max_size=3), ODD)
+def test_odd_files_are_drafted_or_refused(services: object, more: object) -> None:
+    text = yaml.safe_dump({"services": services, "volumes": more})
+    with tempfile.TemporaryDirectory() as folder, suppress(DraftError):
+        draft(lab(Path(folder), {"compose.yaml": text, ".env": "A=1\n"}))

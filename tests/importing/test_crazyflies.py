@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmctl.importing.drafting import DraftError, Imported, Kind
-from tests.importing.drafts import data, draft, lab, vanished
+from tests.importing.drafts import data, draft, lab, odd, vanished
 
 FILE = "config/crazyflies.yaml"
 SWARM = """
@@ -181,16 +181,7 @@ def test_robots_of_another_file_are_none(tmp_path: Path) -> None:
 
 
 WORDS = ["uri", "enabled", "type", "initial_position", "radio://0/80/2M", "usb://0", "", "a b", "cf1", "<<"]
-SCALARS = st.one_of(
-    st.none(), st.booleans(), st.integers(), st.floats(), st.sampled_from(WORDS), st.text(max_size=4)
-)
-ODD = st.recursive(
-    SCALARS,
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3), st.dictionaries(st.sampled_from(WORDS), inner, max_size=4)
-    ),
-    max_leaves=8,
-)
+SCALARS, ODD = odd(WORDS)
 ROBOT = st.fixed_dictionaries(
     {"uri": ODD},
     optional={

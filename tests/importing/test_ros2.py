@@ -149,6 +149,8 @@ export CYCLONEDDS_URI=file:///etc/cyclone.xml
         ("export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET", {"discovery": "multicast"}),
         ("export RMW_IMPLEMENTATION=rmw_zenoh_cpp", {"rmw": "zenoh"}),
         ("export ROS_DOMAIN_ID=200", {}),
+        (f"export ROS_DOMAIN_ID={'9' * 5000}", {}),
+        (f"export ROS_DOMAIN_ID=500 ROS_DISCOVERY_SERVER=10.0.0.1:{'9' * 5000}", {}),
         ("export ROS_DOMAIN_ID=$(id -u)", {}),
     ],
 )

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from swarmctl.importing.drafting import DraftError
 from swarmctl.importing.shell_script import Assignment, Command, read_script
 from swarmctl.ros_packages.launch_description import Unknown
 from tests.importing.drafts import data, draft, lab
@@ -78,6 +83,7 @@ def test_robots_that_a_loop_starts_by_ssh_are_hosts_and_robots(tmp_path: Path) -
         ("./there.sh", [("", "there")]),
         ("bash -c 'ssh a go'", [("a", "go")]),
         ("A=x env B=y go", [("", "go")]),
+        ("sshpass -p x\nssh a go", [("a", "go")]),
         ("start() { ssh a go; }", [("a", "go")]),
         ("ssh a\ncat <<EOF\nros2 run p e\nEOF", [("", "cat")]),
         ("echo ${#H[@]} ${H%}\nssh a go", [("", "echo ? ?"), ("a", "go")]),
@@ -128,6 +134,30 @@ def test_what_the_shell_computes_is_unknown(text: str) -> None:
 )  # fmt: skip
 def test_a_hostile_script_has_an_end(text: str) -> None:
     assert len(read_script("a.sh", {"a.sh": text}).steps) <= 20_000
+
+
+PIECES = [
+    *("ssh a ", "'", '"', "$(", ")", "${H[@]}", "for i in ", "; do ", "; done", "<<E\n", "\nE\n", "{1..3}"),
+    *("tmux send-keys ", "export A=", "$A", "ros2 run p e ", "--ros-args -r ", "if x; then ", "fi", "\\"),
+    *(
+        "f() { ",
+        "}",
+        "\n",
+        "sshpass -p x ",
+        "screen -X stuff ",
+        "xterm -e ",
+        "roslaunch ",
+        "a:=b ",
+        "for ((i=0;",
+    ),
+]
+
+
+@settings(max_examples=100)
+@given(st.lists(st.one_of(st.sampled_from(PIECES), st.text(max_size=3)), max_size=12))
+def test_an_odd_script_is_drafted_or_refused(pieces: list[str]) -> None:
+    with tempfile.TemporaryDirectory() as folder, suppress(DraftError):
+        draft(lab(Path(folder), {"a.sh": f"ssh pi@b ros2 run p e\n{''.join(pieces)}"}))
 
 
 NODES = """\
