@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from swarmctl.importing.draft import Draft, Entry, Value
+from swarmctl.importing.unknown_values import is_secret
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.names import robot_namespace
 from swarmctl.yamltext.scalars import literal
@@ -115,7 +116,7 @@ def _fields(
         left = _beyond(value, given.get(key))
         if left is not None:
             instead = literal(given[key]) if key in given and not isinstance(left, dict) else ""
-            found[key] = replace(one, value=left, instead=instead)
+            found[key] = replace(one, value=left, instead="" if is_secret(key, instead) else instead)
     return found
 
 

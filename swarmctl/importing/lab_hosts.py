@@ -14,7 +14,7 @@ from swarmctl.swarm.addresses import ip_of, means_self, usual_subnet
 from swarmctl.swarm.modes import MULTIMASTER, ROLES
 
 EXAMPLE = "192.168.77.11"
-LARGEST_DOMAIN = 101  # of ROS 2, with room for the participants of each
+LARGEST_DOMAIN = 101  # the largest ROS_DOMAIN_ID of a spec
 
 
 class LabHosts:
