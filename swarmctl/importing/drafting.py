@@ -33,6 +33,7 @@ from swarmctl.importing.lab_hosts import arrange
 from swarmctl.importing.lab_scripts import Ros, ros_of
 from swarmctl.importing.ros1_lab import draft_from_launch
 from swarmctl.importing.ros2_lab import draft_from_ros_2, is_ros_2_launch
+from swarmctl.importing.script_text import is_image
 from swarmctl.linter.runner import check_files
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages.launch_files import Place
@@ -179,7 +180,7 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
     text = folder.texts[path]
     if is_ros_2_launch(path, text):
         return Kind.ROS_2
-    if path.endswith(PYTHON):
+    if path.endswith(PYTHON) or is_image(path):
         return None
     if path.endswith(LAUNCH):
         return Kind.LAUNCH

@@ -385,12 +385,14 @@ class Lab:
         fields |= {} if here else {"host": host}
         fields |= component_fields(node, namespace) if node.is_component else program_fields(node)
         if node.arguments is None:
-            fields["args"] = self.unknown.filled(Value([]), node.place, "args")
+            key, known = ("args", []) if node.package else ("command", [node.executable])
+            fields[key] = self.unknown.filled(Value(known), node.place, "args")
         if node.name is None:
             fields["namespace"] = self.unknown.filled(Value("robot"), node.place, "namespace")
         elif namespace and not robot:
             fields["namespace"] = Value(namespace, node.place)
-        guess = "" if node.has_name else "its launch file names no node; this is its executable"
+        of = "its executable" if last == node.executable else "what its parameter file calls it"
+        guess = "" if node.has_name else f"its launch file names no node; this is {of}"
         name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots}, guess)
         name = name if node.certain else self.unknown.filled(name, node.place, "if")
         self.draft.programs[name.value] = Entry(name, fields)

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.importing.draft import Value
+from swarmctl.importing.script_text import UNIT, is_image, script_text
 from swarmctl.importing.shell_script import Script, read_script
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.ros_packages.launch_files import Place
@@ -26,7 +27,7 @@ PYTHON = ".py"  # of which those are read that return a launch description
 SCRIPTS = (".bash", ".sh", ".zsh", ".env")
 YAML = (".yaml", ".yml", ".json")
 VARIABLES = ("group_vars", "host_vars")
-_SUFFIXES = (*LAUNCH, PYTHON, *SCRIPTS, *YAML, ".ini")
+_SUFFIXES = (*LAUNCH, PYTHON, *SCRIPTS, *YAML, UNIT, ".ini")
 _PLAIN_NAMES = ("hosts", "inventory", "env", "setup", "bashrc", "environment")  # without a suffix
 _OF_DDS = re.compile("dds|rtps|cyclone|profile|discovery|peer|shm", re.IGNORECASE)
 _MAX_FILE = 256 << 10
@@ -49,7 +50,7 @@ class LabFolder:
     @cached_property
     def scripts(self) -> Mapping[str, Script]:
         """What each script of ROS does, but for those that another one runs."""
-        texts = {path: text for path, text in self.texts.items() if _is_script(path)}
+        texts = {path: script_text(path, text) for path, text in self.texts.items() if _is_script(path)}
         read = {path: read_script(path, texts) for path in self.candidates() if path in texts}
         run = {other for one in read.values() for other in one.others}
         return {path: one for path, one in read.items() if path not in run}
@@ -144,7 +145,7 @@ def _may_be_read(path: str) -> bool:
         return "launch" in path
     if name.endswith(".xml") and _OF_DDS.search(name):
         return True
-    return name.endswith(_SUFFIXES) or ("." not in name and name.startswith(_PLAIN_NAMES))
+    return is_image(path) or name.endswith(_SUFFIXES) or ("." not in name and name.startswith(_PLAIN_NAMES))
 
 
 def _is_script(path: str) -> bool:

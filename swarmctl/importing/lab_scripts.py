@@ -169,6 +169,8 @@ class _Reader:
             self.launch(self.words[1 if program == "roslaunch" else 2 :])
         elif program == "rosrun" or (program, second) == ("ros2", "run"):
             self.run(self.words[1 if program == "rosrun" else 2 :])
+        elif program == "MicroXRCEAgent" or self.words[:3] == ("ros2", "bag", "record"):
+            self.process()
         elif (program, second) == ("fastdds", "discovery") or program == "fast-discovery-server":
             self.server()
         elif program not in _QUIET and (self.command.remote is not None or self.is_of_ros(program)):
@@ -279,6 +281,28 @@ class _Reader:
                 parameters=tuple(Setting(*one, self.place) for one in own.parameters),
                 environment=tuple(self.environment()),
                 has_name=bool(own.name),
+            )
+        )
+
+    def process(self) -> None:
+        """A command that runs on, and is no node."""
+        words = [one for one in self.words if isinstance(one, str)]
+        if len(words) < len(self.words):
+            self.not_read("")
+            return
+        if not self.command.certain:
+            self.here.launched.unknown.setdefault((self.place, "if"), "a branch of the script")
+        name = "rosbag" if words[0] == "ros2" else posixpath.basename(words[0])
+        self.here.launched.nodes.append(
+            Node(
+                f"/{name}",
+                "",
+                words[0],
+                (),
+                self.place,
+                self.command.certain,
+                arguments=shlex.join(words[1:]),
+                environment=tuple(self.environment()),
             )
         )
 

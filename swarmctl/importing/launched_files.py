@@ -12,6 +12,7 @@ from swarmctl.importing.draft import Value
 from swarmctl.importing.lab_folder import YAML, LabFolder
 from swarmctl.importing.lab_scripts import Evaluate, Ros, Started, ros_of, started_by
 from swarmctl.importing.recognition import driver_files, drivers_of
+from swarmctl.importing.script_text import is_image
 from swarmctl.importing.shell_script import Command, read_script
 from swarmctl.importing.unknown_values import quotes_secret
 from swarmctl.robot_types.any_robot_type import AnyRobotType
@@ -67,6 +68,7 @@ def found_in(
 
     services = services_in(folder, ros, types)
     started = [*scripts_of(folder, ros, one), *(one for _, one in services.values())]
+    started.sort(key=lambda one: is_image(one.path))  # a service may set other values than its image
     every = {**launched_in(folder, read, closed), **{one.key: one.launched for one in started}}
     return Found(services, started, not_included(every), files_of(folder, every))
 

@@ -22,10 +22,13 @@ from swarmctl.ros_packages.launch_files import (
 
 def program_fields(node: Node) -> dict[str, Value]:
     """Returns what a program has of a node whose package and executable are known."""
+    words = [escaped(word) for word in _words(node) or ()]
     values = {
-        "package": node.package,
-        "executable": node.executable,
-        "args": [escaped(word) for word in _words(node) or ()],
+        **(
+            {"package": node.package, "executable": node.executable, "args": words}
+            if node.package
+            else {"command": [escaped(node.executable or ""), *words]}
+        ),
         "params": {one.name: _typed(one) for one in node.parameters if not why_left_out(one)},
         "remap": dict(node.remaps),
         "environment": {

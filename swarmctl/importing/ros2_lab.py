@@ -32,7 +32,8 @@ _READERS: Mapping[str, Reader] = {
     **dict.fromkeys((".yaml", ".yml"), xml_launch.read_yaml),
 }
 _SOURCED = re.compile(
-    r"(?:/opt/ros/|^\s*image:.*[:/_-])(humble|jazzy|kilted|lyrical|rolling|iron|foxy|galactic)\b"
+    r"(?:/opt/ros/|^\s*(?:image:|FROM |(?:ARG|ENV) ROS_DISTRO[= ]).*[:/_ =-])"
+    r"(humble|jazzy|kilted|lyrical|rolling|iron|foxy|galactic)\b"
 )
 DISTROS = ("humble", "jazzy", "kilted", "lyrical")
 NEWEST_LTS = "jazzy"

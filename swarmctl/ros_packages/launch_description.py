@@ -6,9 +6,11 @@ host, a running launch or Python knows is unknown, with the reason.
 
 from __future__ import annotations
 
+import copy
 import json
 import posixpath
 import re
+import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -60,6 +62,9 @@ class Text:
 class Computed:
     """A truth that a launch computes of others: ``equals``, ``not``, ``and``, ``or``; or ``if``, a choice.
 
+    ``has`` is true if a file of parameters, the first one, has those of a node, the second one; ``replace``
+    is the first one, in whose texts each of the others is replaced by the next, unless the second is false.
+
     Otherwise ``operation`` returns the value of the parts as one text.
     """
 
@@ -101,8 +106,10 @@ class Written:
     unread: Mapping[int, str] = field(default_factory=dict)
 
 
-#: Reads the text of a launch file. Raises ``NotReadError``.
-Reader = Callable[[str], Written]
+#: Reads a file of YAML or JSON by the text of its path; unknown for one that is not here.
+Load = Callable[[Any], Any]
+#: Reads the text of a launch file, which may load others. Raises ``NotReadError``.
+Reader = Callable[[str, Load], Written]
 
 
 class NotReadError(ValueError):
@@ -177,6 +184,8 @@ class _Run:
         self.packages, self.readers, self.left, self.closed = packages, readers, limit, closed
         self.launched = Launched()
         self.has_output = False  # an argument of a node
+        self.parsed: dict[Place, Any] = {}  # files of YAML
+        self.replaced: dict[str, Mapping[str, str]] = {}  # texts in values of files of parameters
         self.declared: dict[Place, tuple[str, str | Unknown]] = {}  # launch configurations
         self.used: set[str] = set()
         self.read_words: list[str] = []  # of all files that were read
@@ -187,6 +196,7 @@ class _Run:
             "container": self.container, "load": self.load, "include": self.include,
             "remap": self.remap, "parameter": self.parameter, "environment": self.set_environment,
             "silent": lambda _scope, _action: None, "later": self.later, "opaque": self.opaque,
+            "process": self.process,
         }  # fmt: skip
 
     def place(self, scope: _Scope, line: int) -> Place:
@@ -202,11 +212,12 @@ class _Run:
             return
         self.launched.files[at.file] = None
         try:
-            written = reader(content.decode("utf-8", "replace"))
+            text = content.decode("utf-8", "replace")
+            written = reader(text, lambda file: self.code_reads(scope, file))
         except NotReadError as error:
             self.not_read(scope, error.line, str(error))
             return
-        self.read_words += _WORD.findall(content.decode("utf-8", "replace"))
+        self.read_words += _WORD.findall(text)
         self.actions(scope, written.actions)
         for line, why in written.unread.items():  # also of functions that a running launch calls
             self.not_read(scope, line, why)
@@ -273,6 +284,13 @@ class _Run:
             return unknown
         if callable(value.operation):
             return value.operation("".join(map(str, parts)))
+        if value.operation == "has":
+            data = self.data(scope, str(parts[0]))[1]
+            return str(parts[1] in data) if isinstance(data, Mapping) else Unknown(f"the file {parts[0]}")
+        if value.operation == "replace":
+            pairs = zip(parts[2::2], parts[3::2], strict=True) if _is_true(parts[1]) else ()
+            self.replaced[str(parts[0])] = {str(old): str(new) for old, new in pairs}
+            return parts[0]
         truths = [_is_true(one) for one in parts]
         if value.operation == "equals":
             return str(parts[0] == parts[-1]).lower()
@@ -359,7 +377,7 @@ class _Run:
         namespace = self.joined(scope, arguments.get("namespace") or "")
         if isinstance(namespace, Unknown):
             self.launched.unknown.setdefault((place, "namespace"), namespace.why)
-        called = name if name is None else name or executable
+        called = name if name is None else name or self.called(scope, action, executable)
         unknown = called is None or isinstance(namespace, Unknown)
         if package:
             self.launched.packages.setdefault(package, place)
@@ -372,7 +390,7 @@ class _Run:
                 place,
                 scope.certain,
                 arguments=self.words(scope, action),
-                parameters=(*scope.parameters, *self.settings(scope, action)),
+                parameters=(*scope.parameters, *self.settings(scope, action, called or "")),
                 environment=(*scope.environment, *self.variables(scope, action)),
                 has_name=bool(name),
                 last=called,
@@ -382,6 +400,40 @@ class _Run:
         if scope.condition:
             self.launched.unknown.setdefault((place, "if"), scope.condition)
         self.unkeyed(scope, action)
+
+    def process(self, scope: _Scope, action: Action) -> None:
+        """A command that is no node: it runs on its own, but one of `ros2` that ends."""
+        place, given = self.place(scope, action.line), action.arguments.get("cmd")
+        words = [self.text(scope, one) for one in _items(given)]
+        known = [one for one in words if isinstance(one, str)]
+        if _is_true(self.text(scope, action.arguments.get("shell", False))):
+            words = ["bash", "-c", " ".join(known)] if len(known) == len(words) else words
+        elif not isinstance(given, (list, tuple)) and known:
+            try:
+                words = list(shlex.split(known[0]))
+            except ValueError:
+                words = []
+        first = words[0] if words else ""
+        ends = posixpath.basename(str(first)) == "ros2" and words[1:2] not in (["bag"], ["run"], ["launch"])
+        if not isinstance(first, str) or not first or ends:
+            shown = " ".join(known)[:60]
+            self.not_read(scope, action.line, f"it runs `{shown}`" if shown else "it runs a process")
+            return
+        unknown = next((one for one in words if isinstance(one, Unknown)), None)
+        if unknown is not None:
+            self.launched.unknown.setdefault((place, "args"), unknown.why)
+        if scope.condition:
+            self.launched.unknown.setdefault((place, "if"), scope.condition)
+        name = self.field(scope, action, "name", "name") or posixpath.basename(first)
+        self.launched.nodes.append(
+            Node(
+                f"/{name}", "", first, (), place, scope.certain,
+                arguments=None if unknown is not None else shlex.join(map(str, words[1:])),
+                environment=(*scope.environment, *self.variables(scope, action)),
+                has_name=bool(action.arguments.get("name")),
+            )
+        )  # fmt: skip
+        self.unkeyed(scope, replace(action, arguments={**action.arguments, "shell": None}))
 
     def unkeyed(self, scope: _Scope, action: Action) -> None:
         """Lists arguments of a node that have no counterpart in a spec."""
@@ -418,57 +470,97 @@ class _Run:
             words.append(word if re.fullmatch(r"[\w@%+=:,./-]+", word) else json.dumps(word))
         return " ".join(words)
 
-    def settings(self, scope: _Scope, action: Action) -> Iterator[Setting]:
+    def settings(self, scope: _Scope, action: Action, name: str) -> Iterator[Setting]:
         for one in _items(action.arguments.get("parameters")):
             if isinstance(one, Mapping):
                 yield from self.flat(scope, action.line, "", one)
             elif isinstance(one, Rewritten):
-                for setting in self.of_file(scope, action, self.text(scope, one.source)):
+                for setting in self.of_file(scope, action, self.text(scope, one.source), name):
                     key = next((key for key in one.rewrites if setting.name.split(".")[-1] == key), "")
                     known = {"value": self.text(scope, one.rewrites[key]), "type": "auto"} if key else {}
                     is_known = not isinstance(known.get("value"), Unknown)
                     yield replace(setting, **known if is_known else {"value": None})
             else:
-                yield from self.of_file(scope, action, self.text(scope, one))
+                yield from self.of_file(scope, action, self.text(scope, one), name)
 
-    def of_file(self, scope: _Scope, action: Action, file: str | Unknown) -> Iterator[Setting]:
+    def data(self, scope: _Scope, file: str) -> tuple[Place | None, Any]:
+        """The place of a file of YAML, and what it has; no place if it is not here."""
+        package, path = self.target(scope, file)
+        found = self.packages.get(package) if package else scope.package
+        content = found.contents.get(path) if found else None
+        if found is None or content is None:
+            return None, None
+        place = Place(posixpath.join(found.folder, path), 0)
+        if place not in self.parsed:
+            try:
+                self.parsed[place] = yaml.safe_load(content)
+            except (yaml.YAMLError, ValueError, RecursionError):
+                self.parsed[place] = None
+        return place, self.parsed[place]
+
+    def code_reads(self, scope: _Scope, file: Any) -> Any:
+        """What a file has that the code of a launch file reads."""
+        name = self.text(scope, file)
+        place, data = (None, None) if isinstance(name, Unknown) else self.data(scope, name)
+        try:
+            data = copy.deepcopy(data)  # the code may change it
+        except RecursionError:
+            data = None
+        if place is None or data is None:
+            return Unknown(f"the file {name}" if isinstance(name, str) else f"a file at {name.why}")
+        self.launched.files[place.file] = None
+        why = f"{self.place(scope, 0)} reads it; what it gives to a node or a launch file is kept"
+        self.launched.left_out.append((place, why))
+        return data
+
+    def called(self, scope: _Scope, action: Action, executable: str | None) -> str | None:
+        """The name of a node without one: that in its parameter files, else that of its executable."""
+        package = self.text(scope, action.arguments.get("package"))
+        for one in _items(action.arguments.get("parameters")):
+            file = self.text(scope, one.source if isinstance(one, Rewritten) else one)
+            data = None if isinstance(file, Unknown) else self.data(scope, file)[1]
+            names = [str(key).rpartition("/")[2] for key in data] if isinstance(data, Mapping) else []
+            names = [name for name in names if name.isidentifier()]
+            if executable not in names and (package in names or len(names) == 1):
+                return str(package) if package in names else names[0]
+        return executable
+
+    def of_file(self, scope: _Scope, action: Action, file: str | Unknown, name: str) -> Iterator[Setting]:
         """The parameters of a node in a file, as rcl reads them; a file that is not here is not read."""
         if isinstance(file, Unknown):
             self.not_read(scope, action.line, f"its parameter file depends on {file.why}")
             return
-        package, path = self.target(scope, file)
-        found = self.packages.get(package) if package else scope.package
-        content = found.contents.get(path) if found else None
-        own = action.arguments
-        name = self.text(scope, own.get("name") or own.get("executable") or "")
-        namespace = self.text(scope, own.get("namespace") or "")
-        if found is None or content is None:
+        namespace = self.text(scope, action.arguments.get("namespace") or "")
+        place, data = self.data(scope, file)
+        if place is None:
             self.not_read(scope, action.line, f"its parameters of {file}, which is not here")
             return
-        try:
-            data = yaml.safe_load(content)
-        except (yaml.YAMLError, ValueError, RecursionError):
-            data = None
         if not isinstance(data, Mapping):
             self.not_read(scope, action.line, f"its parameters of {file}, which is no YAML of parameters")
             return
-        place = Place(posixpath.join(found.folder, path), 0)
         self.launched.files[place.file] = None
         for section in data:
             self.launched.sections.setdefault((place.file, str(section)), False)
-        for section, values in _of_node(data, str(name), str(namespace).strip("/")):
+        for section, values in _of_node(data, name, str(namespace).strip("/")):
             self.launched.sections[place.file, section] = True
             for key, value in _flat(values):
                 self.left -= 1
                 if self.left <= 0:  # a file whose anchors repeat each other has no end
                     self.not_read(scope, action.line, f"of {file} there is too much to read")
                     return
-                yield self.setting(scope, place, key, value)
+                yield self.setting(scope, place, key, self.with_replaced(file, value))
+
+    def with_replaced(self, file: str, value: Any) -> Any:
+        for old, new in self.replaced.get(file, {}).items():
+            value = value.replace(old, new) if isinstance(value, str) else value
+        return value
 
     def flat(self, scope: _Scope, line: int, prefix: str, values: Mapping[Any, Any]) -> Iterator[Setting]:
         place = self.place(scope, line)
         for key, value in values.items():
             name = self.text(scope, key)
+            if self.left <= 0:
+                return
             if isinstance(name, Unknown):
                 self.not_read(scope, line, f"the name of a parameter depends on {name.why}")
             elif isinstance(value, Mapping):

@@ -73,7 +73,7 @@ class Node:
     """A node that a launch file starts; None for a name that only the host knows."""
 
     name: str | None  # with its namespace
-    package: str | None
+    package: str | None  # empty for a command that is no node, whose program ``executable`` is
     executable: str | None
     remaps: tuple[tuple[str, str], ...]
     place: Place

@@ -19,6 +19,7 @@ from swarmctl.ros_packages.launch_description import (
     Action,
     Computed,
     Condition,
+    Load,
     NotReadError,
     Rewritten,
     Text,
@@ -83,11 +84,18 @@ class _Source:
 
 
 @dataclass(frozen=True)
+class _Opened(Unknown):
+    """The text of a file, which only a reader of YAML or JSON knows."""
+
+    file: Any = None
+
+
+@dataclass(frozen=True)
 class _Component:
     action: Action
 
 
-def read(text: str) -> Written:
+def read(text: str, load: Load) -> Written:
     """Returns the actions of a launch file. Raises ``NotReadError`` for one that Python cannot read."""
     try:
         with warnings.catch_warnings():
@@ -96,7 +104,7 @@ def read(text: str) -> Written:
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = error.lineno or 1 if isinstance(error, SyntaxError) else 1
         raise NotReadError(f"it is not valid Python: {getattr(error, 'msg', error)}", line) from None
-    run = _Run()
+    run = _Run(load)
     try:
         run.block(tree.body, run.names)
         entry = run.names.get(_ENTRY)
@@ -119,15 +127,15 @@ def expression(text: str) -> str | Unknown:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             tree = ast.parse(text.strip(), mode="eval")
-        found = _Run().value(tree.body, {})
+        found = _Run(lambda _: unknown).value(tree.body, {})
     except (SyntaxError, ValueError, RecursionError, MemoryError, _TooMuchError):
         return unknown
     return str(found) if _is_plain(found) else unknown
 
 
 class _Run:
-    def __init__(self) -> None:
-        self.left, self.depth = _STEPS, 0
+    def __init__(self, load: Load) -> None:
+        self.left, self.depth, self.load = _STEPS, 0, load
         self.names: dict[str, Any] = {}
         self.unread: dict[int, str] = {}
         self.resolve: Callable[[Any], Any] | None = None  # within a function that a running launch calls
@@ -210,7 +218,7 @@ class _Run:
     def do_with(self, one: ast.With, names: dict[str, Any]) -> None:
         for item in one.items:
             if item.optional_vars is not None:
-                self.assign(item.optional_vars, Unknown("a file that Python reads"), names)
+                self.assign(item.optional_vars, self.value(item.context_expr, names), names)
         self.block(one.body, names)
 
     def do_try(self, one: ast.Try, names: dict[str, Any]) -> None:
@@ -493,6 +501,8 @@ class _Run:
             if name == "perform":
                 return self.resolve(into) if self.resolve is not None else into
             return Unknown(_OF_THE_LAUNCH)
+        if name in ("open", "read_text") and isinstance(into, str):
+            return _opened(into)
         function = _METHODS.get(type(into))
         if function is not None:
             return function(into, name, given, named)
@@ -516,6 +526,10 @@ class _Run:
         if name == "LaunchDescription":
             entities = given[0] if given else named.get("initial_entities")
             return _Description(entities if isinstance(entities, list) else _listed(entities))
+        if name == "open" and given:
+            return _opened(given[0])
+        if name in _OF_YAML and given and isinstance(given[0], _Opened):
+            return self.load(given[0].file)
         if name == "OpaqueFunction":
             return self.opaque(given, named, line)
         if name in _ACTIONS:
@@ -782,6 +796,20 @@ def _rewritten(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
     return Rewritten(_argument(given, named, 0, "source_file"), known)
 
 
+def _replaced(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
+    """The ReplaceString of Nav2: texts in the values of a file of parameters."""
+    found = _argument(given, named, 1, "replacements")
+    pairs = [part for pair in found.items() for part in pair] if isinstance(found, dict) else []
+    when = _argument(given, named, 2, "condition")
+    wanted = when.value if isinstance(when, Condition) else True
+    wanted = wanted if not isinstance(when, Condition) or when.wanted else Computed("not", (wanted,))
+    return Computed("replace", (_argument(given, named, 0, "source_file"), wanted, *pairs))
+
+
+def _opened(file: Any) -> _Opened:
+    return _Opened(f"the text of {file}" if isinstance(file, str) else "the text of a file", file=file)
+
+
 def _parts(value: Any) -> tuple[Any, ...]:
     return tuple(value) if isinstance(value, (list, tuple)) else (value,)
 
@@ -803,6 +831,7 @@ _SUBSTITUTIONS: Mapping[str, Callable[[Sequence[Any], Mapping[str, Any]], Any]] 
     "StringJoinSubstitution": lambda given, named: _joined(
         _between(str(named.get("delimiter", "")), given[0] if given and isinstance(given[0], list) else [])
     ),
+    "FindExecutable": _first,
     "ThisLaunchFileDir": lambda _given, _named: "$(dirname)",
     "Command": lambda given, named: Computed(_printed, _parts(_argument(given, named, 0, "command"))),
     "PythonExpression": lambda given, named: Computed(
@@ -822,6 +851,10 @@ _SUBSTITUTIONS: Mapping[str, Callable[[Sequence[Any], Mapping[str, Any]], Any]] 
         else Unknown("$(if)")
     ),
     "RewrittenYaml": _rewritten,
+    "ReplaceString": _replaced,
+    "HasNodeParams": lambda given, named: Computed(
+        "has", (_argument(given, named, 0, "source_file"), _argument(given, named, 1, "node_name"))
+    ),
 }
 _CONDITIONS = {
     "IfCondition": True, "UnlessCondition": False,
@@ -832,6 +865,7 @@ _SOURCES = frozenset(
      "YAMLLaunchDescriptionSource", "FrontendLaunchDescriptionSource", "LaunchDescriptionSource")
 )  # fmt: skip
 
+_OF_YAML = frozenset(("safe_load", "load", "full_load", "unsafe_load", "loads"))  # or of JSON
 _Arguments = Mapping[str, Any]
 
 
@@ -885,9 +919,7 @@ def _of_timer(given: Sequence[Any], named: _Arguments) -> _Arguments:
 
 
 def _of_process(_given: Sequence[Any], named: _Arguments) -> _Arguments:
-    words = named.get("cmd")
-    shown = " ".join(one for one in words if isinstance(one, str))[:60] if isinstance(words, list) else ""
-    return {"what": f"it runs `{shown}`" if shown else "it runs a process"}
+    return named
 
 
 def _of_event(given: Sequence[Any], named: _Arguments) -> _Arguments:
@@ -930,7 +962,7 @@ _ACTIONS: Mapping[str, tuple[str, Callable[[Sequence[Any], _Arguments], _Argumen
         ("LogInfo", "PushLaunchConfigurations", "PopLaunchConfigurations", "ResetLaunchConfigurations"),
         ("silent", lambda _given, _named: {}),
     ),
-    **dict.fromkeys(("ExecuteProcess", "ExecuteLocal"), ("later", _of_process)),
+    **dict.fromkeys(("ExecuteProcess", "ExecuteLocal"), ("process", _of_process)),
     **dict.fromkeys(
         ("RegisterEventHandler", "OnProcessExit", "OnProcessStart", "OnShutdown", "OnStateTransition",
          "OnExecutionComplete", "OnProcessIO", "EmitEvent", "Shutdown"),

@@ -16,6 +16,7 @@ from swarmctl.ros_packages.launch_description import (
     Action,
     Computed,
     Condition,
+    Load,
     NotReadError,
     Text,
     Unknown,
@@ -38,7 +39,7 @@ def is_of_ros_2(path: str, text: str) -> bool:
     return bool(_OF_ROS_2.search(text)) or (path.endswith(".launch.xml") and not _OF_ROS_1.search(text))
 
 
-def read_xml(text: str) -> Written:
+def read_xml(text: str, _load: Load) -> Written:
     """Returns the actions of an XML launch file. Raises ``NotReadError``."""
     try:
         root = root_of(text.encode())
@@ -51,7 +52,7 @@ def read_xml(text: str) -> Written:
     return _written(root)
 
 
-def read_yaml(text: str) -> Written:
+def read_yaml(text: str, _load: Load) -> Written:
     """Returns the actions of a YAML launch file. Raises ``NotReadError``."""
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -129,7 +130,7 @@ _KINDS = {
     "arg": "arg", "let": "let", "unset": "unset", "group": "group", "node": "node",
     "push_ros_namespace": "namespace", "include": "include", "set_remap": "remap",
     "set_parameter": "parameter", "set_env": "environment", "append_env": "environment",
-    "node_container": "container", "load_composable_node": "load", "executable": "later",
+    "node_container": "container", "load_composable_node": "load", "executable": "process",
     "timer": "children", "log": "silent", "log_info": "silent",
 }  # fmt: skip
 
@@ -156,8 +157,8 @@ def _arguments(tag: Tag, kind: str, unread: dict[int, str]) -> Mapping[str, Any]
         found["arguments"] = [(text_of(a), text_of(b)) for a, b in given]
     elif kind == "parameter":
         found["value"] = _value(tag)
-    elif kind == "later":
-        found["what"] = f"it runs `{tag.attributes.get('cmd', '')[:60]}`"
+    elif kind == "process":
+        found["env"] = [(a, text_of(b)) for a, b in _pairs(tag, "env", "name", "value", unread)]
     if kind in ("container", "load"):
         found["components"] = [
             Action("component", one.line, {**_arguments(one, "node", unread), "plugin": _text(one, "plugin")})

@@ -163,7 +163,7 @@ def test_each_variable_has_its_key_or_is_not_read(tmp_path: Path, line: str, ros
 def test_what_of_a_file_is_not_known_has_its_reason(tmp_path: Path) -> None:
     text = ROBOTS.replace("robots = [", "robots = open('robots.txt') or [")
     made = draft(lab(tmp_path, {"robots.launch.py": text, "b.launch.py": ROBOTS}))
-    assert "#   robots.launch.py:11: what is below this `for` depends on open()" in made.text
+    assert "#   robots.launch.py:11: what is below this `for` depends on the text of robots.txt" in made.text
 
 
 def test_no_secret_of_a_launch_file_is_copied(tmp_path: Path) -> None:

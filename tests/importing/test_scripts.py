@@ -225,3 +225,53 @@ def test_no_secret_of_a_script_is_copied(tmp_path: Path) -> None:
     made = draft(lab(tmp_path, {"start.sh": f"export API_KEY=hunter2\n{text}ros2 run a b\n"}))
     assert "hunter2" not in made.text
     assert made.text.count("secret") == 4
+
+
+UNIT = """\
+[Unit]
+Description=Robot
+[Service]
+Environment="ROS_DOMAIN_ID=7" RMW_IMPLEMENTATION=rmw_cyclonedds_cpp
+ExecStart=-/bin/bash -c 'source /opt/ros/jazzy/setup.bash && \\
+  ros2 launch bringup robot.launch.py speed:=0.4'
+ExecStop=/bin/kill $MAINPID
+"""
+
+
+def test_a_unit_of_systemd_is_a_script(tmp_path: Path) -> None:
+    made = draft(lab(tmp_path, {"robot.service": UNIT}))
+    found = data(made)
+    assert found["ros"] == {"distro": "jazzy", "domain": 7, "rmw": "cyclonedds"}
+    assert found["programs"]["robot"]["args"] == {"speed": "0.4"}
+    assert "robot:  # from robot.service:6" in made.text
+
+
+IMAGE = """\
+FROM ros:humble-ros-base
+ENV ROS_DOMAIN_ID 5
+ENV RMW_IMPLEMENTATION=rmw_fastrtps_cpp OTHER="x y"
+RUN ros2 pkg list
+CMD ["ros2", "launch", "bringup", "robot.launch.py"]
+"""
+
+
+def test_a_dockerfile_has_the_distribution_and_variables(tmp_path: Path) -> None:
+    files = {"Dockerfile": IMAGE, "start.sh": "ros2 run p e\n"}
+    made = draft(lab(tmp_path / "image", files))
+    assert data(made)["ros"] == {"distro": "humble", "domain": 5, "rmw": "fastrtps"}
+    assert (
+        "#   Dockerfile:5: `CMD ros2 launch bringup robot.launch.py` is no launch file and no node"
+        in made.text
+    )
+    compose = "services:\n  a: {image: ros, command: ros2 run p e, environment: [ROS_DOMAIN_ID=6]}\n"
+    made = draft(lab(tmp_path / "both", {**files, "compose.yaml": compose}))
+    assert data(made)["ros"]["domain"] == 6
+    assert "#   Dockerfile:2: ROS_DOMAIN_ID has another value than in compose.yaml:2" in made.text
+
+
+def test_a_recording_is_a_program(tmp_path: Path) -> None:
+    text = "ros2 bag record -o /tmp/run /scan\nros2 topic list\n"
+    made = draft(lab(tmp_path, {"start.sh": text}))
+    command = ["ros2", "bag", "record", "-o", "/tmp/run", "/scan"]
+    assert data(made)["programs"]["rosbag"]["command"] == command
+    assert "#   start.sh:2: `ros2 topic list` is no launch file and no node" in made.text

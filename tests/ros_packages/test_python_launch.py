@@ -201,7 +201,7 @@ def test_an_include_is_followed_or_known() -> None:
         ),
         ("for one in os.listdir('/'):\n    pass\nreturn LaunchDescription()", "listdir()"),
         ("while True:\n    pass", "this statement is not evaluated"),
-        ("return LaunchDescription([ExecuteProcess(cmd=['ls', '-l'])])", "it runs `ls -l`"),
+        ("return LaunchDescription([ExecuteProcess(cmd=['ros2', 'topic', 'list'])])", "it runs `ros2 topic"),
         ("x = [0] * 10 ** 9\nreturn LaunchDescription()", ""),
     ],
 )
@@ -300,7 +300,7 @@ def test_any_text_is_read_or_refused(words: list[str]) -> None:
         ast.parse(text)
     except (SyntaxError, ValueError):
         with pytest.raises(NotReadError):
-            python_launch.read(text)
+            python_launch.read(text, lambda file: None)
     else:
         launched(text)
 
@@ -308,3 +308,101 @@ def test_any_text_is_read_or_refused(words: list[str]) -> None:
 def test_a_file_that_python_warns_of_is_read_silently(recwarn: pytest.WarningsRecorder) -> None:
     assert only(body(f"x = '\\d'\nreturn LaunchDescription([{NODE}])")).name == "/n"
     assert not recwarn
+
+
+ROBOTS = """
+robots:
+  - {name: tb_1, x: 0.5}
+  - {name: tb_2, x: 1.5}
+"""
+
+
+def test_a_file_of_yaml_that_the_code_reads_is_data() -> None:
+    text = """
+import os, yaml
+from ament_index_python.packages import get_package_share_directory
+from launch_ros.actions import Node
+def setup(context):
+    path = LaunchConfiguration('fleet').perform(context)
+    with open(path) as file:
+        fleet = yaml.safe_load(file)
+    return [Node(package='p', executable='e', name=one['name'], parameters=[{'x': one['x']}])
+            for one in fleet['robots']]
+def generate_launch_description():
+    fleet = os.path.join(get_package_share_directory('own'), 'config', 'fleet.yaml')
+    return LaunchDescription([
+        DeclareLaunchArgument('fleet', default_value=fleet), OpaqueFunction(function=setup)])
+"""
+    found = launched(text, **{"config/fleet.yaml": ROBOTS})
+    assert [(one.name, one.parameters[0].value) for one in found.nodes] == [
+        ("/tb_1", "0.5"),
+        ("/tb_2", "1.5"),
+    ]
+    assert "config/fleet.yaml" in found.files
+    assert [str(place) for place, why in found.left_out if "main.launch.py reads it" in why] == [
+        "config/fleet.yaml"
+    ]
+    absent = launched(text)
+    assert absent.nodes == []
+    assert any("fleet.yaml" in why for _, why in absent.left_out)
+
+
+NAV = "slam: {ros__parameters: {frame: <ns>odom, rate: 5}}\n"
+
+
+@pytest.mark.parametrize(
+    ("source", "frame"),
+    [
+        ("ReplaceString(source_file='nav.yaml', replacements={'<ns>': ('tb_1', '/')})", "tb_1/odom"),
+        (
+            "ReplaceString('nav.yaml', {'<ns>': 'x'}, condition=UnlessCondition('true'))",
+            "<ns>odom",
+        ),
+        (
+            "PythonExpression(['\"nav.yaml\" if ', HasNodeParams('nav.yaml', 'slam'), ' else \"b.yaml\"'])",
+            "<ns>odom",
+        ),
+    ],
+)
+def test_a_parameter_file_that_nav2_chooses_or_changes(source: str, frame: str) -> None:
+    node = f"Node(package='p', executable='e', name='slam', parameters=[{source}])"
+    node = only(launched(f"{HEAD}    return LaunchDescription([{node}])", **{"nav.yaml": NAV}))
+    assert [(one.name, one.value) for one in node.parameters] == [("frame", frame), ("rate", "5")]
+
+
+@pytest.mark.parametrize(
+    ("package", "sections", "name"),
+    [
+        ("controller_manager", ("controller_manager", "diff_cont"), "/controller_manager"),
+        ("robot_localization", ("ekf_filter_node",), "/ekf_filter_node"),
+        ("p", ("a", "b"), "/e"),
+        ("p", ("/**",), "/e"),
+    ],
+)
+def test_a_node_without_a_name_has_that_of_its_parameter_file(
+    package: str, sections: tuple[str, ...], name: str
+) -> None:
+    node = f"Node(package='{package}', executable='e', parameters=['p.yaml'])"
+    file = "".join(f"{one}: {{ros__parameters: {{of: {one.strip('/*') or 'all'}}}}}\n" for one in sections)
+    found = only(launched(f"{HEAD}    return LaunchDescription([{node}])", **{"p.yaml": file}))
+    own = [name[1:]] if name[1:] in sections else ["all"] if "/**" in sections else []
+    assert (found.name, [one.value for one in found.parameters]) == (name, own)
+    assert not found.has_name
+
+
+@pytest.mark.parametrize(
+    ("process", "name", "words"),
+    [
+        ("cmd=['gzserver', '-s', LaunchConfiguration('w', default='x y')]", "/gzserver", "gzserver -s 'x y'"),
+        (
+            "cmd=[FindExecutable(name='MicroXRCEAgent'), 'udp4'], name='agent'",
+            "/agent",
+            "MicroXRCEAgent udp4",
+        ),
+        ("cmd=['ros2', 'bag', 'record', '/scan']", "/ros2", "ros2 bag record /scan"),
+        ("cmd=['a b', 'c'], shell=True", "/bash", "bash -c 'a b c'"),
+    ],
+)
+def test_a_process_is_a_command(process: str, name: str, words: str) -> None:
+    node = only(body(f"return LaunchDescription([ExecuteProcess({process})])"))
+    assert (node.name, node.package, f"{node.executable} {node.arguments}") == (name, "", words)

@@ -63,7 +63,7 @@ def launched(name: str, text: str) -> Launched:
 @pytest.mark.parametrize(("name", "text"), [("a.launch.xml", XML), ("a.launch.yaml", YAML)])
 def test_what_a_file_starts_is_known(name: str, text: str) -> None:
     found = launched(name, text)
-    node, perhaps = found.nodes
+    node, perhaps, process = found.nodes
     assert (node.name, node.package, node.executable, node.arguments) == (
         "/robot1/n",
         "p",
@@ -77,7 +77,8 @@ def test_what_a_file_starts_is_known(name: str, text: str) -> None:
         ("slam", "launch/online.launch.py", "robot1", {"map": "lab"})
     ]
     assert (perhaps.certain, [*found.unknown.values()]) == (False, ["$(env SIMULATED), by default `false`"])
-    assert [why for _, why in found.left_out] == ["it runs `ls -l`"]
+    assert (process.package, process.executable, process.arguments) == ("", "ls", "-l")
+    assert found.left_out == []
 
 
 @pytest.mark.parametrize(
