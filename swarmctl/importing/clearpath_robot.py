@@ -9,7 +9,7 @@ import yaml
 from swarmctl.importing.clearpath_ros import ClearpathFile, add_ros
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.lab_folder import LabFolder
-from swarmctl.importing.lab_hosts import LabHosts
+from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts
 from swarmctl.importing.recognition import unknown_line
 from swarmctl.importing.yaml_values import Keys, YamlValues, child_of
 from swarmctl.swarm.names import robot_namespace
@@ -70,6 +70,7 @@ def _add_hosts(file: ClearpathFile, hosts: LabHosts, known: dict[tuple[str, str]
     values = file.values
     written = list(_hosts(values, child_of(file.system, "hosts")))
     if not written:
+        _add_unnamed(file, hosts)
         return
     user = values.take(file.system, "username") or values.take(file.ros, "username")
     for name, address in written:
@@ -86,6 +87,19 @@ def _add_hosts(file: ClearpathFile, hosts: LabHosts, known: dict[tuple[str, str]
         file.hosts.append(Value(known[one], name.place))
         file.names.setdefault(one[0], known[one])
         file.names.setdefault(one[1], known[one])
+
+
+def _add_unnamed(file: ClearpathFile, hosts: LabHosts) -> None:
+    """Adds the computer of a robot whose file leaves the name of its host empty."""
+    serial = file.values.find(file.values.root, "serial_number")
+    at, _ = pairs_of(file.system).get("hosts", (None, None))
+    if serial is None or at is None:
+        return
+    place = file.values.place(at)
+    user = file.values.take(file.system, "username") or file.values.take(file.ros, "username")
+    fields = {"address": Value(EXAMPLE, fill_in=f"{place} has none"), **({"user": user} if user else {})}
+    name = hosts.new(f"cpr-{serial.value}", place, fields, "Clearpath's computers are called so")
+    file.hosts.append(Value(name, place))
 
 
 def _add_user(draft: Draft, host: str, user: Value) -> None:

@@ -60,7 +60,7 @@ _WHAT = {
     Kind.ANSIBLE: "an Ansible inventory",
     Kind.CLEARPATH: "a Clearpath robot.yaml",
 }
-_TOGETHER = ({Kind.ANSIBLE, Kind.LAUNCH}, {Kind.ANSIBLE, Kind.ROS_2})
+_TOGETHER = ({Kind.ANSIBLE, Kind.LAUNCH}, {Kind.ANSIBLE, Kind.ROS_2}, {Kind.CLEARPATH, Kind.ROS_2})
 _READS = f"import reads {'; '.join(_WHAT.values())}"
 
 
@@ -125,15 +125,16 @@ def _of_kinds(
     found: Mapping[Kind, Sequence[str]],
     known: Mapping[str, AnyRobotType],
 ) -> Draft:
+    first = None
     if Kind.CLEARPATH in found:
-        return draft_from_clearpath(folder, found[Kind.CLEARPATH], known)
-    inventory = None
-    if Kind.ANSIBLE in found:
-        inventory = _of_inventory(path, folder, found[Kind.ANSIBLE], known)
-        inventory.source += ", and launch files and scripts" if len(found) > 1 else ""
+        first = draft_from_clearpath(folder, found[Kind.CLEARPATH], known)
+    elif Kind.ANSIBLE in found:
+        first = _of_inventory(path, folder, found[Kind.ANSIBLE], known)
+    if first is not None and len(found) > 1:
+        first.source += ", and launch files and scripts"
     if Kind.LAUNCH in found:
-        return draft_from_launch(folder, known, inventory)
-    return draft_from_ros_2(folder, known, inventory) if Kind.ROS_2 in found or not inventory else inventory
+        return draft_from_launch(folder, known, first)
+    return draft_from_ros_2(folder, known, first) if Kind.ROS_2 in found or not first else first
 
 
 def _of_inventory(
@@ -206,7 +207,7 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
 def _chosen(
     path: Path, folder: LabFolder, found: Mapping[Kind, Sequence[str]], kind: Kind | None
 ) -> Mapping[Kind, Sequence[str]]:
-    """The files of the kind that is given, of the only one there is, or of one ROS and an inventory."""
+    """The files of the kind that is given, of the only one there is, or or of those that are one draft."""
     if kind is not None and kind in found:
         return {kind: found[kind]}
     if kind is None and (len(found) == 1 or found.keys() in _TOGETHER):

@@ -28,6 +28,7 @@ from swarmctl.ros_packages.launch_files import (
     Launched,
     Machine,
     Node,
+    Place,
 )
 from swarmctl.swarm.addresses import ip_of, means_self
 from swarmctl.swarm.names import robot_namespace, valid_name
@@ -59,6 +60,10 @@ class Lab:
         self.folders: dict[str, set[str]] = {}  # hosts by the folders of their scripts
         self.started_on: dict[str, Value] = {}  # hosts by what starts nodes on them
         self.namespaces: dict[tuple[str, str], str] = {}  # robots by host and namespace
+        for name, robot in self.draft.robots.items():
+            own = robot.fields.get("namespace")
+            of_robot = robot_namespace(name, str(own.value) if own else None).strip("/")
+            self.namespaces[str(robot.fields["host"].value), of_robot] = name
         self.default = ""  # the host of nodes that name no machine
         self.hub = ""  # where roslaunch runs
 
@@ -301,8 +306,7 @@ class Lab:
         namespace = (include.namespace or "").strip("/")
         taken = {*self.draft.programs, *self.draft.robots}
         name = named(_OF_LAUNCH.sub("", file.partition(".")[0]), "node", place, taken)
-        robot = self.namespaces.get((host.value, namespace), "")
-        fields = {"robot": Value(robot, place)} if robot else {"host": host}
+        fields = self._where(namespace, host, place)
         fields |= {"package": Value(include.package, place), "launch": Value(file, place)}
         if given:
             fields["args"] = Value({key: escaped(one) for key, one in given.items()}, place)
@@ -313,7 +317,7 @@ class Lab:
             fields["environment"] = Value(variables, place)
         if include.namespace is None:
             fields["namespace"] = self.unknown.filled(Value("robot"), place, "namespace")
-        elif namespace and not robot:
+        elif namespace and "robot" not in fields:
             fields["namespace"] = Value(namespace, place)
         name = name if include.certain else self.unknown.filled(name, place, "if")
         self.draft.programs[name.value] = Entry(name, fields)
@@ -375,21 +379,28 @@ class Lab:
             why = "swarmctl's own driver replaces the node"
             self.draft.unread.append(f"{node.place}: {', '.join(unused)}: {why}")
 
-    def _add_program(self, node: Node, host: Value) -> None:
-        """Adds a program; in the namespace of a robot it is that robot's, on any host."""
-        namespace, _, last = (node.name or node.last or "").strip("/").rpartition("/")
+    def _where(self, namespace: str, host: Value, place: Place) -> dict[str, Value]:
+        """The robot whose namespace this is, and the host, unless it is that of the robot."""
         robots = {robot for (_, one), robot in self.namespaces.items() if one == namespace}
         here = self.namespaces.get((host.value, namespace), "")
         robot = here or (min(robots) if len(robots) == 1 else "")
-        fields = {"robot": Value(robot, node.place)} if robot else {}
-        fields |= {} if here else {"host": host}
+        if not robot:
+            return {"host": host}
+        if host.fill_in and not self.draft.robots[robot].fields["host"].fill_in:
+            return {"robot": Value(robot, place, "it has the robot's namespace; its host may start it")}
+        return {"robot": Value(robot, place), **({} if here else {"host": host})}
+
+    def _add_program(self, node: Node, host: Value) -> None:
+        """Adds a program; in the namespace of a robot it is that robot's, on any host."""
+        namespace, _, last = (node.name or node.last or "").strip("/").rpartition("/")
+        fields = self._where(namespace, host, node.place)
         fields |= component_fields(node, namespace) if node.is_component else program_fields(node)
         if node.arguments is None:
             key, known = ("args", []) if node.package else ("command", [node.executable])
             fields[key] = self.unknown.filled(Value(known), node.place, "args")
         if node.name is None:
             fields["namespace"] = self.unknown.filled(Value("robot"), node.place, "namespace")
-        elif namespace and not robot:
+        elif namespace and "robot" not in fields:
             fields["namespace"] = Value(namespace, node.place)
         of = "its executable" if last == node.executable else "what its parameter file calls it"
         guess = "" if node.has_name else f"its launch file names no node; this is {of}"

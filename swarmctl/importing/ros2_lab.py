@@ -97,8 +97,9 @@ def draft_from_ros_2(
                 value, value={**value.value, **simulated.value}, place=value.place or simulated.place
             )
         if (known := lab.draft.first.get("ros")) is not None:  # what an inventory says wins
-            own = {key: one for key, one in known.value.items() if key != "distro" or not known.guess}
-            value = replace(known, value={**value.value, **own}, guess=value.guess)
+            named = not known.guess or bool(value.guess)
+            own = {key: one for key, one in known.value.items() if key != "distro" or named}
+            value = replace(known, value={**value.value, **own}, guess=known.guess if named else value.guess)
         lab.draft.first = {**(lab.draft.first or mode_of(lab.draft)), "ros": value}
     if len(domains) > 1:
         hosts = {number: [host for host, _ in found] for number, found in domains.items()}

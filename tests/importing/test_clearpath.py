@@ -364,3 +364,30 @@ def test_odd_files_are_drafted_or_refused(files: list[object]) -> None:
     with tempfile.TemporaryDirectory() as folder, suppress(DraftError):
         made = fleet(Path(folder), *texts)
         assert len(texts) > 1 or vanished(texts[0], "r1/robot.yaml", made) == []
+
+
+def test_robots_and_launch_files_are_one_draft(tmp_path: Path) -> None:
+    """A program in a robot's namespace is that robot's; a host that a file leaves empty has its usual name."""
+    text = (
+        "serial_number: a200-000{0}\n"
+        "system:\n  username: robot\n"
+        "  hosts:\n    - hostname:  # your host\n      ip:\n"
+        "  ros2: {{namespace: a200_000{0}}}\n"
+    )
+    group = '<group><push_ros_namespace namespace="a200_0002"/><node pkg="p" exec="e" name="n"/></group>'
+    files = {f"r{one}/robot.yaml": text.format(one) for one in (1, 2)}
+    files["start.launch.xml"] = f'<launch>{group}<node pkg="p" exec="e" name="m"/></launch>'
+    made = draft(lab(tmp_path, files))
+    found = data(made)
+    assert {name: one["host"] for name, one in found["robots"].items()} == {
+        "a200-0001": "cpr-a200-0001",
+        "a200-0002": "cpr-a200-0002",
+    }
+    assert found["programs"]["n"]["robot"] == "a200-0002"
+    assert "host" not in found["programs"]["m"]
+    for line in (
+        "    # address: 192.168.77.11  # fill in: r2/robot.yaml:4 has none\n",
+        "    robot: a200-0002  # guess: it has the robot's namespace; its host may start it (start.launch",
+        "    # host: cpr-a200-0001  # fill in: the host on which start.launch.xml is started\n",
+    ):
+        assert line in made.text
