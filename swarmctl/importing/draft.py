@@ -232,8 +232,9 @@ def _section(key: str, entries: Mapping[str, Entry], unlinked: set[str] | None =
 
 def _entry(name: str, entry: Entry, *, is_unlinked: bool) -> Sequence[Line]:
     if entry.name.fill_in:
-        shown = {key: one.value for key, one in entry.fields.items()}
-        return [Line(f"  # {text_of(name)}: {literal(shown)}", todo=entry.name.todo)]
+        shown = {key: one.value for key, one in entry.fields.items() if not one.fill_in}
+        whys = (f"; {key}: {one.fill_in}" for key, one in entry.fields.items() if one.fill_in)
+        return [Line(f"  # {text_of(name)}: {literal(shown)}", todo=f"{entry.name.todo}{''.join(whys)}")]
     known = {key: one.value for key, one in entry.fields.items() if not one.fill_in}
     fields = [_field("    ", key, one, entry.name.place) for key, one in entry.fields.items()]
     whole = Line(f"  {text_of(name)}: {literal(known)}", entry.name.source)

@@ -146,10 +146,10 @@ class Lab:
         for path, node in nodes_in(launched, self.started_on):
             kind = driven_type(node.package or "", node.executable or "", self.types)
             packages = MULTIMASTERS.get(node.package or "")
-            if None in (node.package, node.executable, node.last if node.name is None else node.name):
+            if None in (node.package, node.executable):
                 if not self.unknown.has(node.place, "pkg", "exec", "type", "name"):
                     self.draft.unread.append(f"{node.place}: its name is not known here")
-            elif not node.certain and (kind or packages):
+            elif (not node.certain or (node.name is None and node.last is None)) and (kind or packages):
                 continue
             elif kind:
                 self._add_robot(node, self._host_of(node, path), kind)
@@ -392,19 +392,21 @@ class Lab:
 
     def _add_program(self, node: Node, host: Value) -> None:
         """Adds a program; in the namespace of a robot it is that robot's, on any host."""
-        namespace, _, last = (node.name or node.last or "").strip("/").rpartition("/")
+        namespace, _, last = (node.name or node.last or node.executable or "").strip("/").rpartition("/")
         fields = self._where(namespace, host, node.place)
         fields |= component_fields(node, namespace) if node.is_component else program_fields(node)
         if node.arguments is None:
             key, known = ("args", []) if node.package else ("command", [node.executable])
             fields[key] = self.unknown.filled(Value(known), node.place, "args")
-        if node.name is None:
+        if self.unknown.has(node.place, "namespace"):
             fields["namespace"] = self.unknown.filled(Value("robot"), node.place, "namespace")
         elif namespace and "robot" not in fields:
             fields["namespace"] = Value(namespace, node.place)
         of = "its executable" if last == node.executable else "what its parameter file calls it"
         guess = "" if node.has_name else f"its launch file names no node; this is {of}"
+        is_named = node.name is not None or node.last is not None
         name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots}, guess)
-        name = name if node.certain else self.unknown.filled(name, node.place, "if")
+        if not (node.certain and is_named):
+            name = self.unknown.filled(name, node.place, *([] if node.certain else ["if"]), "name")
         self.draft.programs[name.value] = Entry(name, fields)
         self.draft.unread += left_out(node, self.unknown)

@@ -57,7 +57,7 @@ def component_fields(node: Node, namespace: str) -> dict[str, Value]:
 def _read(text: str) -> Any:
     try:
         return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError):
+    except (yaml.YAMLError, ValueError, RecursionError):
         return None
 
 
@@ -106,8 +106,16 @@ _MARK = re.compile(r"\0(\d+)\0")
 
 
 def _typed(one: Setting) -> Any:
-    """The value as roslaunch types it: as declared, or the first of int, double, bool that it looks like."""
+    """The value as a launch types it: as declared, or the first of int, double, bool that it looks like."""
     text = one.value or ""
+    if one.type == "yaml":  # as launch_ros reads what is no constant
+        found = _read(text)
+        items = found if isinstance(found, list) else [found]
+        is_one = len({type(item) for item in items}) == 1 and isinstance(items[0], (bool, int, float, str))
+        if not is_one or any(isinstance(item, float) and not math.isfinite(item) for item in items):
+            return escaped(text)
+        items = [escaped(item) if isinstance(item, str) else item for item in items]
+        return items if isinstance(found, list) else items[0]
     kinds = ("int", "double", "bool") if one.type in ("", "auto") else (one.type,)
     for kind in kinds:
         try:
@@ -117,8 +125,6 @@ def _typed(one: Setting) -> Any:
                 return number
         except ValueError:
             continue
-        if kind == "yaml":
-            return yaml.safe_load(text)  # a list that an evaluator wrote as JSON
         if kind in {"bool", "boolean"} and text.lower() in {"true", "false"}:
             return text.lower() == "true"
     return escaped(text)

@@ -21,6 +21,7 @@ import yaml
 
 from swarmctl.ros_packages.launch_files import Include, Launched, Node, Place, Setting
 from swarmctl.ros_packages.package import Package
+from swarmctl.ros_packages.parameters import reads_section
 
 _MAX_INCLUDES = 16  # nested
 _LONGEST = 500  # characters of a value
@@ -78,6 +79,7 @@ class Rewritten:
 
     source: Any
     rewrites: Mapping[str, Any]
+    root: Any = ""  # the namespace that it puts around all nodes of the file
 
 
 @dataclass(frozen=True)
@@ -392,7 +394,7 @@ class _Run:
                 arguments=self.words(scope, action),
                 parameters=(*scope.parameters, *self.settings(scope, action, called or "")),
                 environment=(*scope.environment, *self.variables(scope, action)),
-                has_name=bool(name),
+                has_name=name != "",
                 last=called,
                 is_component=action.kind == "component",
             )
@@ -416,7 +418,7 @@ class _Run:
         first = words[0] if words else ""
         ends = posixpath.basename(str(first)) == "ros2" and words[1:2] not in (["bag"], ["run"], ["launch"])
         if not isinstance(first, str) or not first or ends:
-            shown = " ".join(known)[:60]
+            shown = " ".join(one if isinstance(one, str) else "..." for one in words)[:60]
             self.not_read(scope, action.line, f"it runs `{shown}`" if shown else "it runs a process")
             return
         unknown = next((one for one in words if isinstance(one, Unknown)), None)
@@ -475,9 +477,9 @@ class _Run:
             if isinstance(one, Mapping):
                 yield from self.flat(scope, action.line, "", one)
             elif isinstance(one, Rewritten):
-                for setting in self.of_file(scope, action, self.text(scope, one.source), name):
+                for setting in self.of_file(scope, action, self.text(scope, one.source), name, one.root):
                     key = next((key for key in one.rewrites if setting.name.split(".")[-1] == key), "")
-                    known = {"value": self.text(scope, one.rewrites[key]), "type": "auto"} if key else {}
+                    known = {"value": self.text(scope, one.rewrites[key]), "type": "yaml"} if key else {}
                     is_known = not isinstance(known.get("value"), Unknown)
                     yield replace(setting, **known if is_known else {"value": None})
             else:
@@ -488,15 +490,28 @@ class _Run:
         package, path = self.target(scope, file)
         found = self.packages.get(package) if package else scope.package
         content = found.contents.get(path) if found else None
-        if found is None or content is None:
-            return None, None
-        place = Place(posixpath.join(found.folder, path), 0)
+        if found is not None and content is not None:
+            place = Place(posixpath.join(found.folder, path), 0)
+        else:
+            same = self.called_so(file) if file.startswith(("/", "~")) else {}
+            if len(same) != 1:
+                return None, None
+            place, content = next(iter(same.items()))
         if place not in self.parsed:
             try:
                 self.parsed[place] = yaml.safe_load(content)
             except (yaml.YAMLError, ValueError, RecursionError):
                 self.parsed[place] = None
         return place, self.parsed[place]
+
+    def called_so(self, file: str) -> Mapping[Place, bytes]:
+        """The files that are called like one of a computer's."""
+        found: dict[Place, bytes] = {}
+        for package in self.packages.values():
+            for path, content in package.contents.items():
+                if posixpath.basename(path) == posixpath.basename(file):
+                    found[Place(posixpath.normpath(posixpath.join(package.folder, path)), 0)] = content
+        return found
 
     def code_reads(self, scope: _Scope, file: Any) -> Any:
         """What a file has that the code of a launch file reads."""
@@ -519,18 +534,23 @@ class _Run:
         for one in _items(action.arguments.get("parameters")):
             file = self.text(scope, one.source if isinstance(one, Rewritten) else one)
             data = None if isinstance(file, Unknown) else self.data(scope, file)[1]
-            names = [str(key).rpartition("/")[2] for key in data] if isinstance(data, Mapping) else []
+            names = [key.rpartition("/")[2] for key, _ in _sections(data)]
             names = [name for name in names if name.isidentifier()]
             if executable not in names and (package in names or len(names) == 1):
                 return str(package) if package in names else names[0]
         return executable
 
-    def of_file(self, scope: _Scope, action: Action, file: str | Unknown, name: str) -> Iterator[Setting]:
+    def of_file(
+        self, scope: _Scope, action: Action, file: str | Unknown, name: str, root: Any = ""
+    ) -> Iterator[Setting]:
         """The parameters of a node in a file, as rcl reads them; a file that is not here is not read."""
         if isinstance(file, Unknown):
             self.not_read(scope, action.line, f"its parameter file depends on {file.why}")
             return
-        namespace = self.text(scope, action.arguments.get("namespace") or "")
+        namespace = self.joined(scope, action.arguments.get("namespace") or "")
+        around = self.text(scope, root)
+        known = not isinstance(namespace, Unknown) and not isinstance(around, Unknown)
+        full = f"/{namespace}/{name}" if known and namespace else f"/{name}"
         place, data = self.data(scope, file)
         if place is None:
             self.not_read(scope, action.line, f"its parameters of {file}, which is not here")
@@ -538,12 +558,15 @@ class _Run:
         if not isinstance(data, Mapping):
             self.not_read(scope, action.line, f"its parameters of {file}, which is no YAML of parameters")
             return
+        if file.startswith(("/", "~")):
+            self.not_read(scope, action.line, f"{file}: {place}, which is called so, is taken for it")
         self.launched.files[place.file] = None
-        for section in data:
-            self.launched.sections.setdefault((place.file, str(section)), False)
-        for section, values in _of_node(data, name, str(namespace).strip("/")):
-            self.launched.sections[place.file, section] = True
-            for key, value in _flat(values):
+        for section, values in sorted(_sections(data), key=lambda one: "*" not in one[0]):
+            whole = f"/{around.strip('/')}{section}" if isinstance(around, str) and around else section
+            is_read = reads_section(whole, full) if known else section.endswith(f"/{name}") or "*" in section
+            before = self.launched.sections.get((place.file, section))
+            self.launched.sections[place.file, section] = bool(before) or is_read
+            for key, value in _flat(values) if is_read else ():
                 self.left -= 1
                 if self.left <= 0:  # a file whose anchors repeat each other has no end
                     self.not_read(scope, action.line, f"of {file} there is too much to read")
@@ -582,14 +605,13 @@ class _Run:
         if isinstance(found, Unknown):
             self.launched.unknown.setdefault((place, name), found.why)
             return Setting(name, None, place)
-        return Setting(name, found, place, kinds.get(type(value), "auto"))
+        return Setting(name, found, place, kinds.get(type(value), "yaml"))
 
     def variables(self, scope: _Scope, action: Action) -> Iterator[Setting]:
         place = self.place(scope, action.line)
         for key in ("env", "additional_env"):
             for name, value in _pairs(action.arguments.get(key)):
-                found = self.text(scope, value)
-                yield Setting(str(name), None if isinstance(found, Unknown) else found, place)
+                yield self.variable(place, str(name), self.text(scope, value))
 
     def children_of(self, scope: _Scope, action: Action) -> None:
         if (period := action.arguments.get("period")) is not None:
@@ -682,10 +704,15 @@ class _Run:
         name = self.text(scope, action.arguments.get("name"))
         value = self.text(scope, action.arguments.get("value", ""))
         if not isinstance(name, Unknown):
-            known = None if isinstance(value, Unknown) else value
-            place = self.place(scope, action.line)
-            scope.environment = (*scope.environment, Setting(name, known, place))
-            self.launched.environment.append(Setting(name, known, place))
+            one = self.variable(self.place(scope, action.line), name, value)
+            scope.environment = (*scope.environment, one)
+            self.launched.environment.append(one)
+
+    def variable(self, place: Place, name: str, value: str | Unknown) -> Setting:
+        if isinstance(value, Unknown):
+            self.launched.unknown.setdefault((place, name), value.why)
+            return Setting(name, None, place)
+        return Setting(name, value, place)
 
     def later(self, scope: _Scope, action: Action) -> None:
         """What has no counterpart in a spec, such as a process or an event."""
@@ -697,19 +724,14 @@ class _Run:
         self.actions(scope, action.arguments["call"](lambda one: self.text(scope, one)))
 
 
-def _of_node(
-    data: Mapping[Any, Any], name: str, namespace: str, section: str = ""
-) -> Iterator[tuple[str, Mapping[Any, Any]]]:
-    """The parameters of a node in a file, each with its key: those of all nodes, then its own."""
-    whole = "/".join(one for one in ("", namespace, name))
-    for wanted in (("/**",), (name, f"/{name}", whole, f"/**/{name}")):
-        for key, value in data.items():
-            if not isinstance(value, Mapping):
-                continue
-            if key in wanted and isinstance(value.get("ros__parameters"), Mapping):
-                yield section or str(key), value["ros__parameters"]
-            elif str(key).strip("/") == namespace and namespace:
-                yield from _of_node(value, name, "", section or str(key))
+def _sections(data: Any, above: str = "", depth: int = 0) -> Iterator[tuple[str, Mapping[Any, Any]]]:
+    """The nodes of a file of parameters by their full names, and what it has of each."""
+    for key, value in data.items() if isinstance(data, Mapping) and depth < _MAX_INCLUDES else ():
+        name = f"{above}/{str(key).strip('/')}"
+        if isinstance(value, Mapping) and isinstance(value.get("ros__parameters"), Mapping):
+            yield name, value["ros__parameters"]
+        elif isinstance(value, Mapping):
+            yield from _sections(value, name, depth + 1)
 
 
 def _flat(values: Mapping[Any, Any], prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:

@@ -504,7 +504,7 @@ class _Run:
             why = "the journal of a host has what its programs print"
             self.left_out(scope, tag, f"output of this node and of others: {why}")
         full = _joined(inner.namespace, name)
-        if full is None:
+        if full is None and inner.namespace is None:
             reason = "the namespace around it"
             self.launched.unknown.setdefault((self.place(scope, tag), "namespace"), reason)
         node = Node(

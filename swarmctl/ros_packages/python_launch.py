@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import ast
 import operator
+import posixpath
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from swarmctl.ros_packages.launch_description import (
@@ -36,6 +37,8 @@ _LARGEST_NUMBER = 1 << 63
 _WIDE = re.compile(r"\*|\d{3}")  # of a format
 _LARGEST = 2_000  # items of a list, characters of a text
 _ENTRY = "generate_launch_description"
+_FOLDER = "$(dirname)"
+_FILE = f"{_FOLDER}/{_ENTRY}"  # stands for the path of the file itself
 
 
 class _TooMuchError(Exception):
@@ -136,9 +139,11 @@ def expression(text: str) -> str | Unknown:
 class _Run:
     def __init__(self, load: Load) -> None:
         self.left, self.depth, self.load = _STEPS, 0, load
-        self.names: dict[str, Any] = {}
+        self.names: dict[str, Any] = {"__name__": "launch", "__file__": _FILE}
         self.unread: dict[int, str] = {}
         self.resolve: Callable[[Any], Any] | None = None  # within a function that a running launch calls
+        self.why = ""  # on what it depends whether the statements are run
+        self.returned: list[Any] = []  # by those of which this is not known
 
     def step(self) -> None:
         self.left -= 1
@@ -178,12 +183,14 @@ class _Run:
         old = self.value(_loaded(one.target), names)
         new = self.value(one.value, names)
         if isinstance(old, list) and isinstance(one.op, ast.Add) and isinstance(new, (list, tuple)):
-            _extend(old, new)
+            _extend(old, [_uncertain(each, self.why) for each in new])
         else:
             self.assign(one.target, _binary(one.op, old, new), names)
 
     def do_expr(self, one: ast.Expr, names: dict[str, Any]) -> None:
-        self.value(one.value, names)
+        found = self.value(one.value, names)
+        if isinstance(one.value, ast.Call) and isinstance(found, Unknown):
+            self.unread.setdefault(one.lineno, f"it calls `{ast.unparse(one.value)[:60]}`")
 
     def do_import(self, one: ast.Import | ast.ImportFrom, names: dict[str, Any]) -> None:
         for alias in one.names:
@@ -196,14 +203,17 @@ class _Run:
     def do_if(self, one: ast.If, names: dict[str, Any]) -> None:
         test = self.value(one.test, names)
         if (why := _why_unknown(test)) is not None:
-            self.skip(one, f"what is below this `if` depends on {why}", names)
+            self.perhaps(one, (one.body, one.orelse), why, names)
         else:
             self.block(one.body if test else one.orelse, names)
 
     def do_for(self, one: ast.For, names: dict[str, Any]) -> None:
         items = self.value(one.iter, names)
         if not isinstance(items, _ITERABLE):
-            self.skip(one, f"what is below this `for` depends on {_why_unknown(items) or _COMPUTED}", names)
+            why = _why_unknown(items) or _COMPUTED
+            inner = dict(names)
+            self.assign(one.target, Unknown(f"an item of {why}"), inner)
+            self.perhaps(one, (one.body,), why, names, inner)
             return
         for item in list(items):
             self.assign(one.target, item, names)
@@ -231,12 +241,42 @@ class _Run:
     def do_continue(self, _one: ast.Continue, _names: dict[str, Any]) -> None:
         raise _Continue
 
+    def perhaps(
+        self,
+        one: ast.If | ast.For,
+        bodies: Sequence[Sequence[ast.stmt]],
+        why: str,
+        names: dict[str, Any],
+        inside: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Evaluates statements of which it is not known whether they are run; ``inside`` has their names."""
+        outer, self.why = self.why, self.why or why
+        found: list[dict[str, Any]] = []
+        ends = False
+        for body in bodies:
+            inner = dict(names if inside is None else inside)
+            try:
+                self.block(body, inner)
+            except _Return as returned:
+                self.returned.append(_uncertain(returned.value, self.why))
+                ends = True
+            except (_Break, _Continue):
+                pass
+            found.append(inner)
+        self.skip(one, f"what is below this `{type(one).__name__.lower()}` depends on {why}", names)
+        for name, value in names.items():
+            if isinstance(value, Unknown) and value.line == one.lineno:
+                made = [one[name] for one in found if isinstance(one.get(name), (Action, _Description, list))]
+                if made and all(_is_started(each) for each in made):
+                    names[name] = [_uncertain(each, self.why) for each in made]
+        self.why = self.why if ends else outer
+
     def skip(self, one: ast.stmt, why: str, names: dict[str, Any]) -> None:
         """Records a statement that is not evaluated; what it may set is unknown."""
         self.unread.setdefault(one.lineno, why)
         for node in ast.walk(one):
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-                names[node.id] = Unknown(f"`{node.id}`, which line {one.lineno} may set")
+                names[node.id] = Unknown(f"`{node.id}`, which line {one.lineno} may set", one.lineno)
 
     def assign(self, target: ast.expr, value: Any, names: dict[str, Any]) -> None:
         if isinstance(target, ast.Name):
@@ -248,7 +288,7 @@ class _Run:
         elif isinstance(target, ast.Subscript):
             into, key = self.value(target.value, names), self.value(target.slice, names)
             if isinstance(into, dict) and isinstance(key, (str, int, float, bool)):
-                into[key] = value
+                into[key] = _uncertain(value, self.why)
             elif isinstance(into, list):
                 into[:] = [Unknown("an item that is replaced")] * len(into)
 
@@ -336,6 +376,8 @@ class _Run:
 
     def of_attribute(self, one: ast.Attribute, names: dict[str, Any]) -> Any:
         into = self.value(one.value, names)
+        if one.attr == "parent" and isinstance(into, str):
+            return _above(into)
         return into if isinstance(into, Unknown) else _Name(one.attr)
 
     def of_binop(self, one: ast.BinOp, names: dict[str, Any]) -> Any:
@@ -385,7 +427,13 @@ class _Run:
 
     def of_listcomp(self, one: ast.ListComp | ast.GeneratorExp, names: dict[str, Any]) -> Any:
         rounds = self.rounds(one.generators, dict(names))
-        return rounds if isinstance(rounds, Unknown) else [self.value(one.elt, each) for each in rounds]
+        if not isinstance(rounds, Unknown):
+            return [self.value(one.elt, each) for each in rounds]
+        inner = dict(names)
+        for each in one.generators:
+            self.assign(each.target, Unknown(f"an item of {rounds.why}"), inner)
+        made = _uncertain(self.value(one.elt, inner), rounds.why)
+        return [made] if isinstance(made, Action) else rounds
 
     of_generatorexp = of_listcomp
     of_setcomp = of_listcomp
@@ -477,25 +525,35 @@ class _Run:
             names[definition.args.kwarg.arg] = dict(named)
         names.update(named)
         self.depth += 1
+        outer, self.returned, why = self.returned, [], self.why
+        result: Any = None
         try:
             self.step()
             if isinstance(definition, ast.Lambda):
                 return self.value(definition.body, names)
             self.block(definition.body, names)
         except _Return as found:
-            return found.value
+            result = found.value
         except (_Break, _Continue):
             return Unknown(f"line {line}")
         finally:
             self.depth -= 1
-        return None
+            perhaps, self.returned = self.returned, outer
+            later, self.why = self.why, why
+        if not perhaps:
+            return result
+        every = [*perhaps, _uncertain(result, later)]
+        if not all(one is None or _is_started(one) for one in every):
+            return Unknown(later)
+        actions = [one.actions if isinstance(one, _Description) else one for one in every if one is not None]
+        return _Description(actions) if any(isinstance(one, _Description) for one in every) else actions
 
     def method(self, into: Any, name: str, given: list[Any], named: Mapping[str, Any], line: int) -> Any:
         """The value of a call of a method of a value."""
         if isinstance(into, Unknown):
             return into
         if isinstance(into, _Description) and name in ("add_action", "add_entity"):
-            into.actions += given[:1]
+            into.actions += [_uncertain(one, self.why) for one in given[:1]]
             return None
         if isinstance(into, (Text, Variable, Computed)):
             if name == "perform":
@@ -503,7 +561,13 @@ class _Run:
             return Unknown(_OF_THE_LAUNCH)
         if name in ("open", "read_text") and isinstance(into, str):
             return _opened(into)
+        if name == "joinpath" and isinstance(into, (str, Text)):
+            return _joined(_between("/", [into, *given]))
+        if name in _SAME_PATH and isinstance(into, (str, Text)):
+            return into
         function = _METHODS.get(type(into))
+        if name in _CHANGES and isinstance(into, (list, dict)):
+            given = [*given[:-1], *(_uncertain(one, self.why) for one in given[-1:])]
         if function is not None:
             return function(into, name, given, named)
         return Unknown(f"`.{name}()` of line {line}")
@@ -557,6 +621,28 @@ class _Run:
         return Action("opaque", line, {"call": run}, _condition(named))
 
 
+def _is_started(value: Any) -> bool:
+    """True for what a launch starts."""
+    if isinstance(value, (list, tuple)):
+        return all(map(_is_started, value))
+    return isinstance(value, (Action, _Description))
+
+
+def _uncertain(value: Any, why: str) -> Any:
+    """What a value is if it is only perhaps, for a reason."""
+    if not why:
+        return value
+    if isinstance(value, Action):
+        return replace(value, condition=Condition(Unknown(why)))
+    if isinstance(value, _Description):
+        return _Description([_uncertain(one, why) for one in value.actions])
+    if isinstance(value, (list, tuple)):
+        return [_uncertain(one, why) for one in value]
+    if isinstance(value, dict):
+        return {key: _uncertain(one, why) for key, one in value.items()}
+    return value if isinstance(value, Unknown) or value is None else Unknown(why)
+
+
 def _why_unknown(value: Any) -> str | None:
     """Why a value cannot be tested or iterated here; None if it can."""
     if isinstance(value, Unknown):
@@ -594,6 +680,8 @@ def _binary(op: ast.operator, left: Any, right: Any) -> Any:
         isinstance(left, (Text, Variable)) or isinstance(right, (Text, Variable))
     ):
         return _joined([left, right])
+    if isinstance(op, ast.Div) and isinstance(left, (str, Text, Variable)):
+        return _joined([left, "/", right])
     function = _BINARY.get(type(op))
     if (
         function is None
@@ -706,6 +794,8 @@ _BUILTINS: Mapping[str, Callable[..., Any]] = {
     "reversed": lambda items: list(reversed(items)),
 }  # fmt: skip
 _LOOKING = frozenset(("str", "sorted", "min", "max", "sum"))  # what looks into its values
+_CHANGES = ("append", "insert", "extend", "update", "setdefault")  # of a list or a dictionary
+_SAME_PATH = ("resolve", "as_posix", "absolute", "expanduser", "__str__")
 _OF_PATHS = frozenset((
     "join", "get_package_share_directory", "get_package_share_path", "dirname", "Path", "realpath", "abspath",
 ))  # fmt: skip
@@ -718,9 +808,16 @@ def _of_path(name: str, given: list[Any]) -> Any:
     first = given[0] if given else ""
     if name.startswith("get_package"):
         return f"$(find-pkg-share {first})" if isinstance(first, str) else Unknown("a package")
-    if isinstance(first, _Name) and first.name == "__file__":
-        return "$(dirname)"
+    if name == "Path" and len(given) > 1:
+        return _joined(_between("/", given))
+    if name == "dirname":
+        return _above(first) if isinstance(first, str) else Unknown("a path")
     return first if isinstance(first, (str, Text)) else Unknown("a path")
+
+
+def _above(path: str) -> str:
+    """The folder of a path."""
+    return f"{path}/.." if path.endswith((")", "..")) else posixpath.dirname(path)
 
 
 def _simple(name: str, given: list[Any]) -> Any:
@@ -793,7 +890,7 @@ def _rewritten(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
         if isinstance(rewrites, dict)
         else {}
     )
-    return Rewritten(_argument(given, named, 0, "source_file"), known)
+    return Rewritten(_argument(given, named, 0, "source_file"), known, named.get("root_key") or "")
 
 
 def _replaced(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
@@ -825,14 +922,14 @@ _SUBSTITUTIONS: Mapping[str, Callable[[Sequence[Any], Mapping[str, Any]], Any]] 
     "FindPackageShare": _share,
     "FindPackagePrefix": _share,
     "EnvironmentVariable": _environment,
-    "TextSubstitution": _first,
+    "TextSubstitution": lambda given, named: Text((_first(given, named),)),
     "ParameterValue": _first,
     "ParameterFile": _first,
     "StringJoinSubstitution": lambda given, named: _joined(
         _between(str(named.get("delimiter", "")), given[0] if given and isinstance(given[0], list) else [])
     ),
     "FindExecutable": _first,
-    "ThisLaunchFileDir": lambda _given, _named: "$(dirname)",
+    "ThisLaunchFileDir": lambda _given, _named: _FOLDER,
     "Command": lambda given, named: Computed(_printed, _parts(_argument(given, named, 0, "command"))),
     "PythonExpression": lambda given, named: Computed(
         expression, _parts(_argument(given, named, 0, "expression"))
@@ -925,7 +1022,7 @@ def _of_process(_given: Sequence[Any], named: _Arguments) -> _Arguments:
 def _of_event(given: Sequence[Any], named: _Arguments) -> _Arguments:
     return {
         "what": "an event handler has no key in a spec",
-        "actions": [*_actions_in((*given, *named.values()))],
+        "actions": [*_actions_in((*given, *(one for key, one in named.items() if key != "target_action")))],
     }
 
 

@@ -57,7 +57,7 @@ def text(*lines: str) -> Mapping[str, str]:
             '<node pkg="p" type="t" name="n" args="$(arg n)"/>',
             "# args: []  # fill in: {at}`args` depends on $(eval)",
         ),
-        ('<node pkg="p" type="t" name="n$(arg n)"/>', "#   {at}`name` depends on $(eval)"),
+        ('<node pkg="p" type="t" name="n$(arg n)"/>', "# fill in: {at}`name` depends on $(eval)"),
         ('<group ns="$(arg n)"><node pkg="p" type="t" name="n"/></group>', "#   {at}`ns` depends on $(eval)"),
         (
             '<node pkg="p" type="t" name="n"><param name="r" value="$(arg n)"/></node>',
@@ -69,7 +69,7 @@ def text(*lines: str) -> Mapping[str, str]:
         ),
         (
             '<arg name="q" value="1" if="$(eval 1)"/><node pkg="p" type="t" name="n$(arg q)"/>',
-            "#   {at}`name` depends on $(eval)",
+            "# fill in: {at}`name` depends on $(eval)",
         ),
         ('<include file="$(find q)/$(env F)"/>', "#   {at}`file` depends on $(env F)"),
         (
