@@ -146,7 +146,10 @@ class _Reader:
             service.is_privileged = next(iter(self.texts(value, service)), "") == "true"
         elif name == "environment":
             self.environment(service, value)
-        elif name not in ("env_file", "container_name", "restart", "tty", "stdin_open") and not (
+        elif name == "container_name" and isinstance(value, yaml.ScalarNode):
+            if value.value != service.name:
+                service.unread.append(f"{self.place(at)}: `{value.value}`: its program is `{service.name}`")
+        elif name not in ("env_file", "restart", "tty", "stdin_open") and not (
             isinstance(value, yaml.ScalarNode) and _SAME.get(name) == value.value
         ):
             shown = f" ({value.value})" if isinstance(value, yaml.ScalarNode) else ""

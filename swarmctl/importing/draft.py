@@ -29,6 +29,8 @@ class Value:
     fill_in: str = ""
     needed: str = ""
     instead: str = ""  # what a spec has, where the two are compared
+    by: str = ""  # what starts it, where that is another file
+    places: Mapping[str, Place] = field(default_factory=dict)  # of keys of a mapping
 
     @property
     def source(self) -> str:
@@ -38,7 +40,9 @@ class Value:
         was = f"{literal(self.was, chr(34))} there" if self.was else ""
         needed = f"ROS needs {self.needed}" if self.needed else ""
         instead = f"the spec has {self.instead}" if self.instead else ""
-        was = ", ".join(one for one in (was, needed, instead) if one)
+        by = f"started by {self.by}" if self.by else ""
+        others = (f"{key}: {one}" for key, one in self.places.items() if one != self.place)
+        was = ", ".join(one for one in (was, needed, instead, by, *others) if one)
         if not self.guess:
             return ", ".join(one for one in (f"from {self.place}" if self.place else "", was) if one)
         there = ", ".join(one for one in (str(self.place or ""), was) if one)

@@ -22,10 +22,10 @@ from swarmctl.importing.dds_profiles import rmw_of
 from swarmctl.importing.draft import Draft, lines_beyond, lines_of, summary, text_of_lines, with_errors
 from swarmctl.importing.file_kinds import counted, unused
 from swarmctl.importing.lab_folder import (
-    LAUNCH,
     PYTHON,
     YAML,
     LabFolder,
+    is_launch_xml,
     is_of_variables,
     lab_folder,
 )
@@ -34,6 +34,7 @@ from swarmctl.importing.lab_scripts import Ros, ros_of
 from swarmctl.importing.ros1_lab import draft_from_launch
 from swarmctl.importing.ros2_lab import draft_from_ros_2, is_ros_2_launch
 from swarmctl.importing.script_text import is_image
+from swarmctl.importing.tmux_sessions import is_session
 from swarmctl.linter.runner import check_files
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages.launch_files import Place
@@ -101,8 +102,9 @@ def _drafted(path: Path, kind: Kind | None, spec: Path) -> Draft:
         raise DraftError(f"{place}{folder.message}", *folder.help)
     draft = _draft(path, folder, kind, spec)
     draft.unread[:0] = folder.unread
-    others = {one for one in folder.others if one.endswith((".j2", "justfile", "Justfile"))}
-    draft.unread += unused((set(folder.candidates()) - draft.files) | others, folder.texts)
+    others = {one for one in folder.others if one.endswith((".j2", "justfile", "Justfile", "akefile"))}
+    left = {one for one in folder.candidates() if not one.startswith("README.")} - draft.files
+    draft.unread += unused(left | others, folder.texts)
     if not draft.hosts:
         problem = f"`{path}` names no host, robot or program that can be imported"
         raise DraftError(problem, *draft.unread[:5], "swarmctl init writes a first spec")
@@ -183,7 +185,7 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
         return Kind.ROS_2
     if path.endswith(PYTHON) or is_image(path):
         return None
-    if path.endswith(LAUNCH):
+    if is_launch_xml(path) and "<launch" in text:
         return Kind.LAUNCH
     if path.endswith(".xml"):
         return Kind.ROS_2 if rmw_of(text) else None
@@ -191,17 +193,21 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
         root, problem = compose(text, path, LoadBudget())
         if problem is not None:  # its message might show a secret
             line = problem.span.line if problem.span else 0
-            folder.unread.append(f"{Place(path, line)}: it is not valid YAML")
+            folder.unread.append(f"{Place(path, line)}: it is not one valid document of YAML")
         if is_compose(root):
             return Kind.LAUNCH if is_compose_of_ros_1(text) else Kind.ROS_2
         if is_crazyflies(root):
             return Kind.ROS_2
+        if is_session(root):
+            return _kind_of_script(path, folder)
         return Kind.CLEARPATH if is_clearpath(root) else Kind.ANSIBLE if is_yaml_inventory(root) else None
+    return _kind_of_script(path, folder) or (Kind.ANSIBLE if is_ini_inventory(path, text) else None)
+
+
+def _kind_of_script(path: str, folder: LabFolder) -> Kind | None:
     script = folder.scripts.get(path)
     ros = ros_of(script) if script else None
-    if ros in (Ros.ONE, Ros.TWO):
-        return Kind.LAUNCH if ros is Ros.ONE else Kind.ROS_2
-    return Kind.ANSIBLE if is_ini_inventory(path, text) else None
+    return Kind.LAUNCH if ros is Ros.ONE else Kind.ROS_2 if ros is Ros.TWO else None
 
 
 def _chosen(

@@ -142,7 +142,7 @@ class Lab:
 
     def add_nodes(self, launched: Mapping[str, Launched]) -> None:
         """Adds robots, then programs, which may name robots, and the master of machines."""
-        programs: list[tuple[Node, Value]] = []
+        programs: list[tuple[Node, Value, str]] = []
         for path, node in nodes_in(launched, self.started_on):
             kind = driven_type(node.package or "", node.executable or "", self.types)
             packages = MULTIMASTERS.get(node.package or "")
@@ -159,9 +159,9 @@ class Lab:
                     node, launched[path], packages, "" if host is None or host.fill_in else host.value
                 )
             else:
-                programs.append((node, self._host_of(node, path)))
-        for node, host in programs:
-            self._add_program(node, host)
+                programs.append((node, self._host_of(node, path), path))
+        for node, host, path in programs:
+            self._add_program(node, host, path)
         for path, one in launched.items():
             for include in one.includes:
                 self._add_include(include, path)
@@ -169,7 +169,7 @@ class Lab:
     def add_any_host(self, guess: str) -> None:
         """Adds a host to fill in if no file names one."""
         if not self.draft.hosts:
-            why = "no file names a computer; write each, and which one starts what"
+            why = "nothing that is read names a computer; write each, and which one starts what"
             self.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, guess)
 
     def add_services(self, services: Mapping[str, tuple[Service, Started]]) -> None:
@@ -390,7 +390,7 @@ class Lab:
             return {"robot": Value(robot, place, "it has the robot's namespace; its host may start it")}
         return {"robot": Value(robot, place), **({} if here else {"host": host})}
 
-    def _add_program(self, node: Node, host: Value) -> None:
+    def _add_program(self, node: Node, host: Value, path: str) -> None:
         """Adds a program; in the namespace of a robot it is that robot's, on any host."""
         namespace, _, last = (node.name or node.last or node.executable or "").strip("/").rpartition("/")
         fields = self._where(namespace, host, node.place)
@@ -405,8 +405,10 @@ class Lab:
         of = "its executable" if last == node.executable else "what its parameter file calls it"
         guess = "" if node.has_name else f"its launch file names no node; this is {of}"
         is_named = node.name is not None or node.last is not None
+        by = re.split(r" on |: ", path)[0]
         name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots}, guess)
         if not (node.certain and is_named):
             name = self.unknown.filled(name, node.place, *([] if node.certain else ["if"]), "name")
+        name = replace(name, by="" if by == node.place.file else by)
         self.draft.programs[name.value] = Entry(name, fields)
         self.draft.unread += left_out(node, self.unknown)

@@ -14,22 +14,28 @@ from swarmctl.diagnostics import Diagnostic
 from swarmctl.importing.draft import Value
 from swarmctl.importing.script_text import UNIT, is_image, script_text
 from swarmctl.importing.shell_script import Script, read_script
+from swarmctl.importing.tmux_sessions import is_session, script_of_session
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.package import NO_PACKAGES, Packages
 from swarmctl.spec.package_search import BUILT, packages_in
 from swarmctl.swarm.addresses import ip_of
+from swarmctl.yamltext.compose import compose
 from swarmctl.yamltext.files import LoadBudget
 from swarmctl.yamltext.project_files import ProjectFiles
 
-LAUNCH = (".launch", ".launch.xml")
+LAUNCH = (".launch", ".xml")
 PYTHON = ".py"  # of which those are read that return a launch description
 SCRIPTS = (".bash", ".sh", ".zsh", ".env")
 YAML = (".yaml", ".yml", ".json")
 VARIABLES = ("group_vars", "host_vars")
-_SUFFIXES = (*LAUNCH, PYTHON, *SCRIPTS, *YAML, UNIT, ".ini")
+_SUFFIXES = (".launch", PYTHON, *SCRIPTS, *YAML, UNIT, ".ini")
 _PLAIN_NAMES = ("hosts", "inventory", "env", "setup", "bashrc", "environment")  # without a suffix
 _OF_DDS = re.compile("dds|rtps|cyclone|profile|discovery|peer|shm", re.IGNORECASE)
+_SESSION = re.compile(r"^windows\s*:", re.MULTILINE)
+_EXAMPLE = re.compile(r"(^|[._-])(example|sample|template|dist)([._-]|$)", re.IGNORECASE)
+_RUNS = re.compile(r"\b(subprocess|os\.system|paramiko|fabric|pexpect)\b")
+_STARTS = re.compile(r"\b(paramiko|ssh|ros2 (?:launch|run)|roslaunch|rosrun|ROS_DOMAIN_ID)\b")
 _MAX_FILE = 256 << 10
 _MAX_FOLDERS = 500
 _MAX_DEPTH = 6
@@ -51,6 +57,10 @@ class LabFolder:
     def scripts(self) -> Mapping[str, Script]:
         """What each script of ROS does, but for those that another one runs."""
         texts = {path: script_text(path, text) for path, text in self.texts.items() if _is_script(path)}
+        for path, text in self.texts.items():
+            if path.endswith(YAML) and _SESSION.search(text):
+                root, _ = compose(text, path, LoadBudget())
+                texts |= {path: script_of_session(root, text.count("\n"))} if is_session(root) else {}
         read = {path: read_script(path, texts) for path in self.candidates() if path in texts}
         run = {other for one in read.values() for other in one.others}
         return {path: one for path, one in read.items() if path not in run}
@@ -85,7 +95,18 @@ def lab_folder(path: Path) -> LabFolder | Diagnostic:
             unread.append(f"{Place(relative, line)}: {found.message}")
         else:
             texts[relative] = found
+    unread += _python(folder, [one for one in others if one.endswith(PYTHON)])
     return LabFolder(texts, named, unread, packages, others)
+
+
+def _python(folder: Path, paths: Sequence[str]) -> Iterator[str]:
+    """Names the Python programs that seem to start something on computers."""
+    files = ProjectFiles.beside(folder / "any", LoadBudget())
+    for path in paths:
+        text = _text(files, folder / path) if not files.exhausted else ""
+        if isinstance(text, str) and _RUNS.search(text) and (match := _STARTS.search(text)):
+            line = text.count("\n", 0, match.start()) + 1
+            yield f"{path}:{line}: a Python program that has `{match[0]}`; it is not read"
 
 
 def _text(files: ProjectFiles, path: Path) -> str | Diagnostic:
@@ -96,9 +117,9 @@ def _text(files: ProjectFiles, path: Path) -> str | Diagnostic:
 
 def _beside(files: ProjectFiles, path: Path) -> Iterator[str]:
     """The files that belong to one file: variables of an inventory, launch files in its folder."""
-    launch = (*LAUNCH, PYTHON)
-    if path.name.endswith(launch):
-        yield from (name for name in files.names(path.parent) if name.endswith(launch))
+    if is_launch_xml(path.name) or path.name.endswith(PYTHON):
+        names = files.names(path.parent)
+        yield from (name for name in names if is_launch_xml(name) or name.endswith(PYTHON))
     if path.name.endswith(YAML):
         yield from _of_compose(path.parent, "")
     for folder in VARIABLES:
@@ -143,13 +164,31 @@ def _may_be_read(path: str) -> bool:
         return not name.endswith(("~", ".bak", ".orig", ".retry"))
     if name.endswith(PYTHON):
         return "launch" in path
-    if name.endswith(".xml") and _OF_DDS.search(name):
+    if name.endswith(".xml"):
+        return is_launch_xml(path) or bool(_OF_DDS.search(name))
+    if name.startswith("README.") and name == path:
+        return True
+    if is_example(name) and name.startswith(_PLAIN_NAMES[:2]):
         return True
     return is_image(path) or name.endswith(_SUFFIXES) or ("." not in name and name.startswith(_PLAIN_NAMES))
 
 
 def _is_script(path: str) -> bool:
-    return not path.endswith((*LAUNCH, PYTHON, *YAML, ".xml", ".ini")) and not is_of_variables(path)
+    name = posixpath.basename(path)
+    if is_example(name) or name.startswith("README.") or is_of_variables(path):
+        return False
+    return not path.endswith((*LAUNCH, PYTHON, *YAML, ".ini"))
+
+
+def is_example(name: str) -> bool:
+    """Returns True for the name of a file that a person is to copy."""
+    return bool(_EXAMPLE.search(name))
+
+
+def is_launch_xml(path: str) -> bool:
+    """Returns True for a file of XML whose name is that of a launch file."""
+    name = posixpath.basename(path)
+    return name.endswith(".launch") or (name.endswith(".xml") and "launch" in name)
 
 
 def is_of_variables(path: str) -> bool:

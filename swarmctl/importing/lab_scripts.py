@@ -173,6 +173,8 @@ class _Reader:
             self.process()
         elif (program, second) == ("fastdds", "discovery") or program == "fast-discovery-server":
             self.server()
+        elif program in ("CMD", "ENTRYPOINT"):  # of a Dockerfile
+            self.not_read("is what a container of this image runs")
         elif program not in _QUIET and (self.command.remote is not None or self.is_of_ros(program)):
             self.not_read("is no launch file and no node")
 

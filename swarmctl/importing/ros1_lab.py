@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from swarmctl.importing.draft import Draft
 from swarmctl.importing.lab_draft import MULTIMASTERS, Lab
-from swarmctl.importing.lab_folder import LAUNCH, LabFolder
+from swarmctl.importing.lab_folder import LabFolder, is_launch_xml
 from swarmctl.importing.lab_scripts import Ros
 from swarmctl.importing.launched_files import found_in, nodes_in, unread, whole_folder
 from swarmctl.importing.recognition import driver_files
@@ -30,7 +30,8 @@ def draft_from_launch(
     closed = driver_files(packages, types)
 
     def is_launch(path: str) -> bool:
-        return path.endswith(LAUNCH) and not is_of_ros_2(path, folder.texts[path])
+        text = folder.texts[path]
+        return is_launch_xml(path) and "<launch" in text and not is_of_ros_2(path, text)
 
     def evaluated(
         package: Package, path: str, given: Mapping[str, str | None], namespace: str, limit: int

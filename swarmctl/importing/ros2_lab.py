@@ -12,7 +12,7 @@ from swarmctl.importing.crazyflies import add_all_crazyflies
 from swarmctl.importing.dds_profiles import Setting, rmw_of, settings_of
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.importing.lab_draft import Lab
-from swarmctl.importing.lab_folder import LAUNCH, PYTHON, YAML, LabFolder
+from swarmctl.importing.lab_folder import LAUNCH, PYTHON, YAML, LabFolder, is_launch_xml
 from swarmctl.importing.lab_hosts import LabHosts, add_islands, address_of, domain_of
 from swarmctl.importing.lab_scripts import OF_ROS_1, Ros, Started
 from swarmctl.importing.launched_files import found_in, unread, whole_folder
@@ -23,21 +23,29 @@ from swarmctl.ros_packages import python_launch, xml_launch
 from swarmctl.ros_packages.launch_description import Reader, evaluate
 from swarmctl.ros_packages.launch_files import Launched, Place
 from swarmctl.ros_packages.package import Package
-from swarmctl.swarm.addresses import ip_of
+from swarmctl.swarm.addresses import ip_of, means_self
 
 _READERS: Mapping[str, Reader] = {
     PYTHON: python_launch.read,
     **dict.fromkeys(LAUNCH, xml_launch.read_xml),
-    ".xml": xml_launch.read_xml,
     **dict.fromkeys((".yaml", ".yml"), xml_launch.read_yaml),
 }
 _SOURCED = re.compile(
     r"(?:/opt/ros/|^\s*(?:image:|FROM |(?:ARG|ENV) ROS_DISTRO[= ]).*[:/_ =-])"
     r"(humble|jazzy|kilted|lyrical|rolling|iron|foxy|galactic)\b"
 )
+_QUOTED = re.compile(r"\s*(#|echo\b|printf\b)")
+_NAMED = re.compile(
+    r"\bros\W{0,3}2?\W{0,3}(humble|jazzy|kilted|lyrical|rolling|iron|foxy|galactic)\b", re.IGNORECASE
+)
 DISTROS = ("humble", "jazzy", "kilted", "lyrical")
 NEWEST_LTS = "jazzy"
 RMW = {"rmw_fastrtps_cpp": "fastrtps", "rmw_cyclonedds_cpp": "cyclonedds", "rmw_zenoh_cpp": "zenoh"}
+_KEYS = {
+    "ROS_DOMAIN_ID": "domain", "RMW_IMPLEMENTATION": "rmw", "ROS_DISCOVERY_SERVER": "servers",
+    "ROS_STATIC_PEERS": "discovery", "ROS_AUTOMATIC_DISCOVERY_RANGE": "discovery",
+    "ROS_LOCALHOST_ONLY": "discovery",
+}  # fmt: skip
 _SERVER_PORT = 11811
 _FILE_VARIABLES = ("CYCLONEDDS_URI", "FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 _SERVER = re.compile(r"(?:UDPv4:)?\[?([\w.-]+)\]?(?::(\d{1,5}))?")
@@ -47,8 +55,8 @@ def is_ros_2_launch(path: str, text: str) -> bool:
     """Returns True for a launch file that ROS 2 reads."""
     if path.endswith(PYTHON):
         return "generate_launch_description" in text
-    if path.endswith(LAUNCH):
-        return xml_launch.is_of_ros_2(path, text)
+    if is_launch_xml(path):
+        return "<launch" in text and xml_launch.is_of_ros_2(path, text)
     return path.endswith(YAML) and "launch" in posixpath.basename(path) and "\nlaunch:" in f"\n{text}"
 
 
@@ -91,7 +99,9 @@ def draft_from_ros_2(
     add_all_crazyflies(lab.draft, lab.hosts, folder)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
     if lab.draft.hosts:
-        value = ros.value(_distro(folder))
+        distro = _distro(folder)
+        lab.draft.files |= {distro.place.file} if distro.place else set()
+        value = ros.value(distro)
         if (simulated := lab.draft.last.pop("ros", None)) is not None:
             value = replace(
                 value, value={**value.value, **simulated.value}, place=value.place or simulated.place
@@ -160,15 +170,20 @@ def _profiles(folder: LabFolder) -> Sequence[str]:
 
 def _distro(folder: LabFolder) -> Value:
     """The distribution whose setup a file sources; a guess if none does."""
+    readme = next((path for path in folder.texts if path.startswith("README.")), "")
     for path, text in folder.texts.items():
         for number, line in enumerate(text.split("\n"), 1):
-            if (match := _SOURCED.search(line)) is None:
+            if path == readme or (match := _SOURCED.search(line)) is None or _QUOTED.match(line):
                 continue
             if match[1] in DISTROS:
                 return Value(match[1], Place(path, number))
             why = f"{path}:{number} has {match[1]}, which swarmctl does not know"
             return Value(NEWEST_LTS, guess=why)
-    return Value(NEWEST_LTS, guess="no file names the distribution")
+    named = _NAMED.search(folder.texts.get(readme, ""))
+    if named and named[1].lower() in DISTROS:
+        return Value(named[1].lower(), guess=f"{readme} is about it")
+    why = f", and {readme} is about {named[1]}, which swarmctl does not know" if named else ""
+    return Value(NEWEST_LTS, guess=f"no file names the distribution{why}")
 
 
 class _Ros:
@@ -235,7 +250,9 @@ class _Ros:
         """Adds the hosts that nodes look for."""
         given = self._variables.get("ROS_STATIC_PEERS", Value(""))
         for one in str(given.value).split(";"):
-            if _SERVER.fullmatch(one.strip()):
+            if means_self(one.strip()):
+                self._draft.unread.append(f"{given.place}: `{one.strip()}` is the computer itself")
+            elif _SERVER.fullmatch(one.strip()):
                 self._host(one.strip(), f"peer-{len(self._peers) + 1}", given, "nodes look for it")
                 self._peers.append(one.strip())
             elif one.strip():
@@ -247,35 +264,39 @@ class _Ros:
         fields = {"address": address_of(address, given.place or Place("", 0))}
         return known or self._hosts.new(name if ip_of(address) else address, given.place, fields, why)
 
+    def _keys(self, name: str, text: str) -> Mapping[str, Any] | None:
+        """What a variable is in a spec, but for servers and peers, which are hosts; None if it has no key."""
+        if name == "ROS_DOMAIN_ID" and domain_of(text) is not None:
+            return {"domain": domain_of(text)}
+        if name == "RMW_IMPLEMENTATION" and text in RMW:
+            return {"rmw": RMW[text]}
+        if (name == "ROS_DISCOVERY_SERVER" and self._servers) or (name == "ROS_STATIC_PEERS" and self._peers):
+            return {}
+        if name == "ROS_AUTOMATIC_DISCOVERY_RANGE" and text in ("LOCALHOST", "SUBNET"):
+            return {"discovery": "local" if text == "LOCALHOST" else "multicast"}
+        return {"discovery": "local"} if (name, text) == ("ROS_LOCALHOST_ONLY", "1") else None
+
     def value(self, distro: Value) -> Value:
         """Returns the key `ros`, and lists what it does not have."""
         ros: dict[str, Any] = {"distro": distro.value}
         place, left = distro.place, self._draft.unread
+        places: dict[str, Place] = {}
         for name, one in self._variables.items():
             text = str(one.value)
-            if name == "ROS_DOMAIN_ID" and domain_of(text) is not None:
-                ros["domain"] = domain_of(text)
-            elif name == "RMW_IMPLEMENTATION" and text in RMW:
-                ros["rmw"] = RMW[text]
-            elif (name == "ROS_DISCOVERY_SERVER" and self._servers) or (
-                name == "ROS_STATIC_PEERS" and self._peers
-            ):
-                pass  # see below
-            elif name in _FILE_VARIABLES and any(
+            if name in _FILE_VARIABLES and any(
                 text.endswith(posixpath.basename(path)) for path in self._files
             ):
                 left.append(f"{one.place}: {name} is {text}, of which what has a key is kept")
                 continue
-            elif name == "ROS_AUTOMATIC_DISCOVERY_RANGE" and text in ("LOCALHOST", "SUBNET"):
-                ros["discovery"] = "local" if text == "LOCALHOST" else "multicast"
-            elif name == "ROS_LOCALHOST_ONLY" and text in ("0", "1"):
-                ros |= {"discovery": "local"} if text == "1" else {}
-            else:
-                shown = (
-                    "may have a secret" if is_secret(name, text) else f"is {text}, which has no key in a spec"
-                )
+            keys = self._keys(name, text)
+            if keys is None:
+                secret = is_secret(name, text)
+                shown = "may have a secret" if secret else f"is {text}, which has no key in a spec"
                 left.append(f"{one.place}: {name} {shown}")
                 continue
+            ros |= keys
+            if one.place is not None:
+                places[_KEYS[name]] = one.place
             place = place or one.place
         if self._servers:
             ros["servers"] = self._servers
@@ -287,4 +308,6 @@ class _Ros:
             ros["discovery"] = "peers"
         if "cyclonedds" in self._files.values() and "rmw" not in ros:
             left.append("rmw: a file of Cyclone DDS is here, and nothing sets RMW_IMPLEMENTATION")
-        return replace(distro, value=ros, place=place)
+        return replace(
+            distro, value=ros, place=place, places={key: places[key] for key in ros if key in places}
+        )

@@ -36,7 +36,7 @@ _COMMANDS = {"command", "eval", "exec-in-pkg", "find-exec", "anon", "not", "and"
 
 def is_of_ros_2(path: str, text: str) -> bool:
     """Returns True for an XML launch file of ROS 2, by its name if both ROS could read it."""
-    return bool(_OF_ROS_2.search(text)) or (path.endswith(".launch.xml") and not _OF_ROS_1.search(text))
+    return bool(_OF_ROS_2.search(text)) or (path.endswith(".xml") and not _OF_ROS_1.search(text))
 
 
 def read_xml(text: str, _load: Load) -> Written:

@@ -62,7 +62,7 @@ def test_odd_files_are_drafted_or_refused(pieces: list[str], name: str) -> None:
         ),
         ({"launch/helper.py": "x = 1\n"}, "1 Python file"),
         ({"config/nav.yaml": "n:\n  ros__parameters: {a: 1}\n"}, "1 parameter file of ROS 2"),
-        ({"start.sh": "echo hello\n"}, "1 script without ROS"),
+        ({"start.sh": "echo hello\n"}, "1 script"),
         ({}, "no file"),
     ],
 )
@@ -78,6 +78,6 @@ def test_a_file_that_nothing_uses_is_named(tmp_path: Path) -> None:
     nodes = '<launch><node pkg="p" exec="e" name="n"/></launch>'
     files = {"a.launch.xml": nodes, "config/a.yaml": "a: 1\n", "config/b.yaml": "b: 1\n", "c.sh": "echo\n"}
     made = draft(lab(tmp_path, files))
-    assert "#   c.sh: script without ROS of which nothing is read\n" in made.text
+    assert "#   c.sh: script of which nothing is read\n" in made.text
     assert "#   config/a.yaml, config/b.yaml: YAML files of which nothing is read\n" in made.text
     assert "; 7 values: 3 kept, 2 to fill in, 2 not read; " in made.summary

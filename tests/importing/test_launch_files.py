@@ -321,7 +321,7 @@ def test_nodes_without_a_computer_are_on_one_to_fill_in(tmp_path: Path) -> None:
     found = draft(lab(tmp_path, {"a.launch": DRIVERS}))
     assert data(found)["hosts"] == {"robot-pc": {"bluetooth": ["hci0"]}}
     assert {one["host"] for one in data(found)["robots"].values()} == {"robot-pc"}
-    assert "# address: 192.168.77.11  # fill in: no file names a computer" in found.text
+    assert "# address: 192.168.77.11  # fill in: nothing that is read names a computer" in found.text
 
 
 def test_what_a_spec_refuses_is_shown_and_to_fill_in(tmp_path: Path) -> None:

@@ -260,7 +260,7 @@ def test_a_dockerfile_has_the_distribution_and_variables(tmp_path: Path) -> None
     made = draft(lab(tmp_path / "image", files))
     assert data(made)["ros"] == {"distro": "humble", "domain": 5, "rmw": "fastrtps"}
     assert (
-        "#   Dockerfile:5: `CMD ros2 launch bringup robot.launch.py` is no launch file and no node"
+        "#   Dockerfile:5: `CMD ros2 launch bringup robot.launch.py` is what a container of this image runs"
         in made.text
     )
     compose = "services:\n  a: {image: ros, command: ros2 run p e, environment: [ROS_DOMAIN_ID=6]}\n"

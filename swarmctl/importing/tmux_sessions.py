@@ -1,0 +1,80 @@
+"""The sessions of tmux that a YAML file describes, as tmuxp and tmuxinator read it.
+
+Source: tmuxp.git-pull.com, "Configuration"; github.com/tmuxinator/tmuxinator, README.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+
+import yaml
+
+from swarmctl.yamltext.compose import pairs_of
+
+_BEFORE = ("shell_command_before", "pre_window", "pre_tab", "pre")
+
+
+def is_session(root: yaml.Node | None) -> bool:
+    """Returns True if the top of a YAML file is that of a session."""
+    keys = pairs_of(root)
+    windows = keys.get("windows", (None, None))[1]
+    return isinstance(windows, yaml.SequenceNode) and bool(keys.keys() & {"session_name", "name"})
+
+
+def script_of_session(root: yaml.Node | None, count: int) -> str:
+    """Returns a shell script that types each command of a session, in the line that it has in the file.
+
+    ``count`` is the number of lines of the file.
+    """
+    lines = [""] * (count + 1)
+    for name, (at, value) in pairs_of(_value(root, "environment")).items():
+        if isinstance(value, yaml.ScalarNode):
+            lines[at.start_mark.line] = f"export {name}={shlex.quote(value.value)}"
+    before = _before(root)
+    for number, window in enumerate(_items(_value(root, "windows"))):
+        name, inside = _window(window)
+        first = [*before, *_before(inside)]
+        panes = _value(inside, "panes") or inside
+        for which, pane in enumerate(_items(panes)):
+            _, content = _window(pane)
+            given = [*_texts(_value(content, "shell_command") or content)]
+            typed = [*((text, given[0][1]) for text in first if given), *given]
+            for text, line in typed:
+                keys = f"tmux send-keys -t {name or number}.{which} {shlex.quote(text)} Enter"
+                lines[line] = f"{lines[line]}; {keys}" if lines[line] else keys
+    return "\n".join(lines)
+
+
+def _window(node: yaml.Node) -> tuple[str, yaml.Node]:
+    """The name of a window or pane and what it has: that of tmuxinator is the only key."""
+    pairs = pairs_of(node)
+    if "window_name" in pairs:
+        return getattr(pairs["window_name"][1], "value", ""), node
+    if len(pairs) == 1 and not pairs.keys() & {"shell_command", "panes", "cmd"}:
+        name, (_, value) = next(iter(pairs.items()))
+        return name, value
+    return "", node
+
+
+def _before(node: yaml.Node | None) -> list[str]:
+    return [text for key in _BEFORE for text, _ in _texts(_value(node, key))]
+
+
+def _value(node: yaml.Node | None, key: str) -> yaml.Node | None:
+    return pairs_of(node).get(key, (None, None))[1]
+
+
+def _items(node: yaml.Node | None) -> list[yaml.Node]:
+    return node.value if isinstance(node, yaml.SequenceNode) else [] if node is None else [node]
+
+
+def _texts(node: yaml.Node | None) -> Iterator[tuple[str, int]]:
+    """The commands of a text, of a list of them, or of mappings with `cmd`, each with its line."""
+    for one in _items(node):
+        text = _value(one, "cmd") or one
+        if isinstance(text, yaml.ScalarNode) and text.tag != "tag:yaml.org,2002:null":
+            inside = text.start_mark.line + (text.style in ("|", ">"))
+            for number, line in enumerate(text.value.split("\n")):
+                if line.strip():
+                    yield line, inside + (number if text.style == "|" else 0)
