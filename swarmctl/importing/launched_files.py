@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import posixpath
+import re
 import shlex
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,6 +29,7 @@ from swarmctl.yamltext.compose import compose
 from swarmctl.yamltext.files import LoadBudget
 
 LIMIT = 20_000  # elements of all launch files together
+NOT_STARTED = "it is not started"
 _ALL = "the-imported-folder"  # as a package, so that its launch files may include each other
 
 
@@ -219,12 +221,22 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
     for (file, key), is_used in sections.items():
         if not is_used:
             yield f"{posixpath.normpath(file)}: its parameters of {key}: no node here has that name"
+    started = {
+        normal(one.place)
+        for each in launched.values()
+        for one in (*each.nodes, *each.includes)
+        if one.certain
+    }
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"
         yield from _without_effect(one)
         for place, why in one.left_out:
             shown = "what it runs may have a secret" if quotes_secret(why) else why
+            if why.startswith(NOT_STARTED) and normal(place) in started:
+                continue  # by another file
+            by = re.split(r" on |: ", path)[0]
+            shown += f", of {by}" if why.startswith(NOT_STARTED) and by != normal(place).file else ""
             yield f"{normal(place)}: {shown}"
         unfound = (place for place in one.unfound if (place, "file") not in one.unknown)
         yield from (f"{normal(place)}: the included file is not here" for place in unfound)

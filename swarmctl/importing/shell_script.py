@@ -37,6 +37,11 @@ _TEMPLATE = re.compile(r"\{\{.*?\}\}|(?<!\$)\{[%#].*?[%#]\}")  # of Jinja
 _NESTED = 100  # statements and words within each other
 _DEPTH = 16  # scripts, functions and remote commands within each other
 _VALUE = re.compile(r"\$\{(\w+)(?:\[([^\]]*)\])?(:?[-=].*)?\}", re.DOTALL)
+_OWN_FOLDER = re.compile(  # $(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+    r"\$\(\s*(?:cd\s+\"?\$\(\s*)?dirname\s+[^()]*(?:BASH_SOURCE|\$0)[^()]*\)"
+    r"(?:((?:/\.\.)*)\"?[^()]*\bpwd[^()]*\))?",
+    re.DOTALL,
+)
 _ESCAPED = re.compile(r"\\(\n|.)", re.DOTALL)
 _ARITHMETIC = re.compile(r"\s*(\w+)\s*(?:([-+*])\s*(\w+)\s*)?")
 _SSH_VALUES = "BbcDEeFIiJLlmOopQRSWw"
@@ -427,8 +432,10 @@ class _Shell:
         return left * right if match[2] == "*" else left - right if match[2] == "-" else left + right
 
     def substituted(self, node: tree_sitter.Node) -> list[Word]:
-        """The words that a command prints: those of `seq` and `echo`."""
+        """The words that a command prints: those of `seq` and `echo`, and the folder of the script."""
         inside = node.named_children
+        if self.remote is None and (match := _OWN_FOLDER.fullmatch(_text(node))):
+            return [posixpath.normpath(posixpath.join(posixpath.dirname(self.path), f".{match[1] or ''}"))]
         if len(inside) == 1 and inside[0].type == "command":
             name, *words = self.command_words(inside[0])
             numbers = [self.number(one) if isinstance(one, str) else None for one in words]

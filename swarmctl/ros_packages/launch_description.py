@@ -267,6 +267,8 @@ class _Run:
             return Unknown(f"the argument `{value.name}`") if found is None else found
         if isinstance(value, Computed):
             return self.computed(scope, value)
+        if isinstance(value, Rewritten):
+            return self.text(scope, value.source)
         if isinstance(value, (Text, list, tuple)):
             parts = [self.text(scope, one) for one in (value.parts if isinstance(value, Text) else value)]
             if unknown := next((one for one in parts if isinstance(one, Unknown)), None):
@@ -522,7 +524,9 @@ class _Run:
         except RecursionError:
             data = None
         if place is None or data is None:
-            return Unknown(f"the file {name}" if isinstance(name, str) else f"a file at {name.why}")
+            return Unknown(
+                f"the file {name}" if isinstance(name, str) else f"a file, whose path depends on {name.why}"
+            )
         self.launched.files[place.file] = None
         why = f"{self.place(scope, 0)} reads it; what it gives to a node or a launch file is kept"
         self.launched.left_out.append((place, why))
@@ -642,6 +646,13 @@ class _Run:
         for name, value in _pairs(action.arguments.get("arguments")):
             key = str(self.text(inner, name))
             given[key] = inner.values[key] = self.text(inner, value)
+        for key, one in _pairs(action.arguments.get("arguments")):
+            for name, value in one.rewrites.items() if isinstance(one, Rewritten) else ():
+                found = self.text(scope, value)
+                shown = f"{name} = {found}" if isinstance(found, str) else name
+                self.not_read(
+                    scope, action.line, f"{shown}, which a copy of {key} gets; write it in the file"
+                )
         package, path = self.target(scope, file) if file is not None else ("", "")
         found = self.packages.get(package) if package else scope.package
         shown = posixpath.normpath(posixpath.join(found.folder, path)) if found else ""

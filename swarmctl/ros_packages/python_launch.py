@@ -563,6 +563,8 @@ class _Run:
             return _opened(into)
         if name == "joinpath" and isinstance(into, (str, Text)):
             return _joined(_between("/", [into, *given]))
+        if name == "find" and isinstance(into, str) and into.startswith("$(find-pkg-share "):
+            return _share(given, named)
         if name in _SAME_PATH and isinstance(into, (str, Text)):
             return into
         function = _METHODS.get(type(into))
@@ -647,6 +649,8 @@ def _why_unknown(value: Any) -> str | None:
     """Why a value cannot be tested or iterated here; None if it can."""
     if isinstance(value, Unknown):
         return value.why
+    if isinstance(value, _Name) and value.name == "environ":
+        return "the environment"
     return _OF_THE_LAUNCH if isinstance(value, (Text, Variable, Computed, _Name)) else None
 
 
