@@ -264,6 +264,7 @@ class _Reader:
         own = _Own(rest[:-2] if rest[-2:] == ["", ""] else rest)
         own.read()
         if own.unknown:
+            self.not_read("")
             self.here.launched.unknown.setdefault((self.place, "args"), own.unknown)
         for why in own.left:
             self.here.unread[f"{self.place}: {why}"] = None
@@ -349,7 +350,7 @@ class _Own:
         """One `NAME:=VALUE`: a remapping, or by the underscores before it a parameter, name or namespace."""
         name, is_rule, value = word.partition(":=")
         if not is_rule:
-            other(word)
+            other(word) if word else None
         elif name == "__ns":
             self.namespace = value.strip("/")
         elif name in ("__node", "__name"):

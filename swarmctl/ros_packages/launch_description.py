@@ -465,14 +465,14 @@ class _Run:
         given = action.arguments.get("arguments")
         if not isinstance(given, (list, tuple)):  # of XML and YAML: one text
             return self.field(scope, action, "arguments", "args")
-        words = []
-        for one in _items(given):
-            word = self.text(scope, one)
-            if isinstance(word, Unknown):
-                self.launched.unknown.setdefault((self.place(scope, action.line), "args"), word.why)
-                return None
-            words.append(word if re.fullmatch(r"[\w@%+=:,./-]+", word) else json.dumps(word))
-        return " ".join(words)
+        words = [self.text(scope, one) for one in _items(given)]
+        shown = " ".join(one if isinstance(one, str) else "..." for one in words)
+        if unknown := next((one for one in words if isinstance(one, Unknown)), None):
+            why = f"{unknown.why}: `{shown}`" if len(words) > 1 else unknown.why
+            self.launched.unknown.setdefault((self.place(scope, action.line), "args"), why)
+            return None
+        known = [one for one in words if isinstance(one, str)]
+        return " ".join(one if re.fullmatch(r"[\w@%+=:,./-]+", one) else json.dumps(one) for one in known)
 
     def settings(self, scope: _Scope, action: Action, name: str) -> Iterator[Setting]:
         for one in _items(action.arguments.get("parameters")):
@@ -664,8 +664,17 @@ class _Run:
                 scope, package=found, path=path, values={**scope.values, **given}, depth=scope.depth + 1
             )
             self.file(within, Place(posixpath.join(found.folder, path), 0))
+            self.leave(scope, within)
             return
+        scope.values.update(given)
         self.add_include(scope, action, Include(package, path, None, {}, place, scope.certain), given)
+
+    @staticmethod
+    def leave(scope: _Scope, inner: _Scope) -> None:
+        """Keeps what an included file sets: an include is no scope, as a group is."""
+        scope.values.update(inner.values)
+        scope.namespace, scope.remaps = inner.namespace, inner.remaps
+        scope.parameters, scope.environment = inner.parameters, inner.environment
 
     def add_include(
         self, scope: _Scope, action: Action, include: Include, given: Mapping[str, str | Unknown]

@@ -8,6 +8,7 @@ is unknown, with the reason. Source: github.com/ros2/launch, launch_ros (Humble 
 from __future__ import annotations
 
 import ast
+import json
 import operator
 import posixpath
 import re
@@ -267,7 +268,7 @@ class _Run:
         for name, value in names.items():
             if isinstance(value, Unknown) and value.line == one.lineno:
                 made = [one[name] for one in found if isinstance(one.get(name), (Action, _Description, list))]
-                if made and all(_is_started(each) for each in made):
+                if made and all(_started(each) for each in made):
                     names[name] = [_uncertain(each, self.why) for each in made]
         self.why = self.why if ends else outer
 
@@ -378,6 +379,9 @@ class _Run:
         into = self.value(one.value, names)
         if one.attr == "parent" and isinstance(into, str):
             return _above(into)
+        if one.attr == "argv" and isinstance(into, _Name):
+            self.unread.setdefault(one.lineno, "it reads its command line, which has no argument here")
+            return []
         return into if isinstance(into, Unknown) else _Name(one.attr)
 
     def of_binop(self, one: ast.BinOp, names: dict[str, Any]) -> Any:
@@ -543,7 +547,7 @@ class _Run:
         if not perhaps:
             return result
         every = [*perhaps, _uncertain(result, later)]
-        if not all(one is None or _is_started(one) for one in every):
+        if any(one is not None and _started(one) is None for one in every):
             return Unknown(later)
         actions = [one.actions if isinstance(one, _Description) else one for one in every if one is not None]
         return _Description(actions) if any(isinstance(one, _Description) for one in every) else actions
@@ -592,15 +596,21 @@ class _Run:
         if name == "LaunchDescription":
             entities = given[0] if given else named.get("initial_entities")
             return _Description(entities if isinstance(entities, list) else _listed(entities))
-        if name == "open" and given:
-            return _opened(given[0])
-        if name in _OF_YAML and given and isinstance(given[0], _Opened):
-            return self.load(given[0].file)
+        if name in _OF_FILES and given:
+            return self.file_call(name, given[0])
         if name == "OpaqueFunction":
             return self.opaque(given, named, line)
         if name in _ACTIONS:
             return _action(name, given, named, line)
         return Unknown(f"{name}()", line)
+
+    def file_call(self, name: str, value: Any) -> Any:
+        """The value of a call that opens a file, reads YAML or JSON from it, or writes a value as text."""
+        if name == "open":
+            return _opened(value)
+        if "dump" in name:
+            return _dumped(value)
+        return self.load(value.file) if isinstance(value, _Opened) else Unknown(f"{name}()")
 
     def opaque(self, given: list[Any], named: dict[str, Any], line: int) -> Any:
         function = named.get("function", given[0] if given else None)
@@ -623,26 +633,39 @@ class _Run:
         return Action("opaque", line, {"call": run}, _condition(named))
 
 
-def _is_started(value: Any) -> bool:
-    """True for what a launch starts."""
-    if isinstance(value, (list, tuple)):
-        return all(map(_is_started, value))
-    return isinstance(value, (Action, _Description))
+def _started(value: Any) -> list[Action] | None:
+    """The actions of a value, which may be within lists and descriptions; None if it has anything else."""
+    waiting, found = [value], list[Action]()
+    for _ in range(_LARGEST):
+        if not waiting:
+            return found
+        one = waiting.pop(0)
+        if isinstance(one, Action):
+            found.append(one)
+        elif isinstance(one, (list, tuple, _Description)):
+            waiting[:0] = one.actions if isinstance(one, _Description) else one
+        else:
+            return None
+    return None
 
 
 def _uncertain(value: Any, why: str) -> Any:
     """What a value is if it is only perhaps, for a reason."""
     if not why:
         return value
-    if isinstance(value, Action):
-        return replace(value, condition=Condition(Unknown(why)))
-    if isinstance(value, _Description):
-        return _Description([_uncertain(one, why) for one in value.actions])
-    if isinstance(value, (list, tuple)):
-        return [_uncertain(one, why) for one in value]
     if isinstance(value, dict):
-        return {key: _uncertain(one, why) for key, one in value.items()}
-    return value if isinstance(value, Unknown) or value is None else Unknown(why)
+        return {key: Unknown(why) for key in value}
+    actions = _started(value)
+    if value is None or actions is None:
+        return value if isinstance(value, Unknown) or value is None else Unknown(why)
+    made = [replace(one, condition=Condition(Unknown(why))) for one in actions]
+    return (
+        made[0]
+        if isinstance(value, Action)
+        else _Description(made)
+        if isinstance(value, _Description)
+        else made
+    )
 
 
 def _why_unknown(value: Any) -> str | None:
@@ -907,6 +930,21 @@ def _replaced(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
     return Computed("replace", (_argument(given, named, 0, "source_file"), wanted, *pairs))
 
 
+def _dumped(value: Any) -> Any:
+    """A value as text in YAML, which is that of JSON, too."""
+    waiting, count = [value], 0
+    while waiting:  # what repeats itself may have no end
+        one, count = waiting.pop(), count + 1
+        inside = (
+            list(one.values()) if isinstance(one, dict) else one if isinstance(one, (list, tuple)) else []
+        )
+        waiting += inside
+        if count > _LARGEST or not (inside or _is_plain(one) or one in ([], {})):
+            return Unknown("dump()")
+    text = json.dumps(value, default=str)
+    return text if len(text) <= _LARGEST else Unknown("a long text")
+
+
 def _opened(file: Any) -> _Opened:
     return _Opened(f"the text of {file}" if isinstance(file, str) else "the text of a file", file=file)
 
@@ -966,7 +1004,9 @@ _SOURCES = frozenset(
      "YAMLLaunchDescriptionSource", "FrontendLaunchDescriptionSource", "LaunchDescriptionSource")
 )  # fmt: skip
 
-_OF_YAML = frozenset(("safe_load", "load", "full_load", "unsafe_load", "loads"))  # or of JSON
+_OF_FILES = frozenset(
+    ("open", "safe_load", "load", "full_load", "unsafe_load", "loads", "dump", "safe_dump", "dumps")
+)
 _Arguments = Mapping[str, Any]
 
 
