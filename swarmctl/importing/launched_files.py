@@ -221,12 +221,8 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
     for (file, key), is_used in sections.items():
         if not is_used:
             yield f"{posixpath.normpath(file)}: its parameters of {key}: no node here has that name"
-    started = {
-        normal(one.place)
-        for each in launched.values()
-        for one in (*each.nodes, *each.includes)
-        if one.certain
-    }
+    started = {normal(one.place) for each in launched.values() for one in each.nodes if one.certain}
+    started |= {normal(one.place) for each in launched.values() for one in each.includes if one.certain}
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"

@@ -39,7 +39,7 @@ _DEPTH = 16  # scripts, functions and remote commands within each other
 _VALUE = re.compile(r"\$\{(\w+)(?:\[([^\]]*)\])?(:?[-=].*)?\}", re.DOTALL)
 _OWN_FOLDER = re.compile(  # $(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
     r"\$\(\s*(?:cd\s+\"?\$\(\s*)?dirname\s+[^()]*(?:BASH_SOURCE|\$0)[^()]*\)"
-    r"(?:((?:/\.\.)*)\"?[^()]*\bpwd[^()]*\))?",
+    r"(?:((?:/[\w.-]+)*)\"?[^()]*\bpwd[^()]*\))?",
     re.DOTALL,
 )
 _ESCAPED = re.compile(r"\\(\n|.)", re.DOTALL)
@@ -435,7 +435,8 @@ class _Shell:
         """The words that a command prints: those of `seq` and `echo`, and the folder of the script."""
         inside = node.named_children
         if self.remote is None and (match := _OWN_FOLDER.fullmatch(_text(node))):
-            return [posixpath.normpath(posixpath.join(posixpath.dirname(self.path), f".{match[1] or ''}"))]
+            folder = posixpath.join(posixpath.dirname(self.path), f".{match[1] or ''}")
+            return [posixpath.join("$LAB", posixpath.normpath(folder))]
         if len(inside) == 1 and inside[0].type == "command":
             name, *words = self.command_words(inside[0])
             numbers = [self.number(one) if isinstance(one, str) else None for one in words]

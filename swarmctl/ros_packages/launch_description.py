@@ -453,7 +453,7 @@ class _Run:
 
     def remaps(self, scope: _Scope, action: Action) -> Iterator[tuple[str, str]]:
         for pair in _items(action.arguments.get("remappings")):
-            ends = [self.text(scope, one) for one in pair] if isinstance(pair, (list, tuple)) else []
+            ends = [self.text(scope, one) for one in pair] if isinstance(pair, (list, tuple)) else [pair]
             if len(ends) == 2 and all(isinstance(one, str) for one in ends):
                 yield str(ends[0]), str(ends[1])
             else:
@@ -643,16 +643,14 @@ class _Run:
         file = self.field(scope, action, "file", "file")
         given: dict[str, str | Unknown] = {}
         inner = scope.inner()  # each argument may use those before it
-        for name, value in _pairs(action.arguments.get("arguments")):
+        for name, one in _pairs(action.arguments.get("arguments")):
             key = str(self.text(inner, name))
-            given[key] = inner.values[key] = self.text(inner, value)
-        for key, one in _pairs(action.arguments.get("arguments")):
-            for name, value in one.rewrites.items() if isinstance(one, Rewritten) else ():
-                found = self.text(scope, value)
-                shown = f"{name} = {found}" if isinstance(found, str) else name
-                self.not_read(
-                    scope, action.line, f"{shown}, which a copy of {key} gets; write it in the file"
-                )
+            given[key] = inner.values[key] = self.text(inner, one)
+            for changed, value in one.rewrites.items() if isinstance(one, Rewritten) else ():
+                text = self.text(scope, value)
+                equals = f" = {text}" if isinstance(text, str) else ""
+                why = f"{changed}{equals}, which a copy of {key} gets; write it in the file"
+                self.not_read(scope, action.line, why)
         package, path = self.target(scope, file) if file is not None else ("", "")
         found = self.packages.get(package) if package else scope.package
         shown = posixpath.normpath(posixpath.join(found.folder, path)) if found else ""

@@ -367,7 +367,7 @@ def test_odd_files_are_drafted_or_refused(files: list[object]) -> None:
 
 
 def test_robots_and_launch_files_are_one_draft(tmp_path: Path) -> None:
-    """A program in a robot's namespace is that robot's; a host that a file leaves empty has its usual name."""
+    """A program in a robot's namespace is its; a host that a file leaves empty has its usual name."""
     text = (
         "serial_number: a200-000{0}\n"
         "system:\n  username: robot\n"

@@ -322,3 +322,166 @@ def test_an_argument_that_only_an_include_may_use_has_its_value(tmp_path: Path) 
 </launch>"""
     made = draft(lab(tmp_path, {"a.launch.xml": text}))
     assert "#   a.launch.xml:2: no node here uses the argument fcu_url (`udp://:14540@10.0.0.1`)" in made.text
+
+
+def launch(*actions: str, before: str = "") -> str:
+    """A Python launch file with these actions."""
+    return (
+        f"def generate_launch_description():\n{before}    return LaunchDescription([{', '.join(actions)}])\n"
+    )
+
+
+def test_what_a_branch_or_a_list_decides_is_to_fill_in(tmp_path: Path) -> None:
+    text = """
+def generate_launch_description():
+    ld = LaunchDescription()
+    if os.environ.get('LIDAR') == 'a':
+        lidar = Node(package='a', executable='lidar', name='a')
+    else:
+        lidar = Node(package='b', executable='lidar', name='b')
+    ld.add_action(lidar)
+    for robot in os.listdir('robots'):
+        ld.add_action(Node(package='p', executable='driver', name=robot))
+    remaps = [('/tf', 'tf')]
+    if os.path.exists('/dev/imu'):
+        remaps.append(('/imu', 'imu'))
+        ld.add_action(Node(package='p', executable='imu', name='imu'))
+    ld.add_action(Node(package='p', executable='n', name='n', remappings=remaps))
+    return ld
+"""
+    made = draft(lab(tmp_path, {"a.launch.py": text}))
+    assert data(made)["programs"] == {
+        "n": {"host": "robot-pc", "package": "p", "executable": "n", "remap": {"/tf": "tf"}}
+    }
+    on, whether = "host: robot-pc", "whether it applies depends on"
+    env, exists = "the environment variable LIDAR", "exists()"
+    for line in (
+        f"  # a: {{{on}, package: a, executable: lidar}}  # fill in: a.launch.py:5: {whether} {env}",
+        f"  # b: {{{on}, package: b, executable: lidar}}  # fill in: a.launch.py:7: {whether} {env}",
+        f"  # driver: {{{on}, package: p, executable: driver}}  # fill in: a.launch.py:10: `name` depends on",
+        f"  # imu: {{{on}, package: p, executable: imu}}  # fill in: a.launch.py:14: {whether} {exists}",
+        f"#   a.launch.py:15: a remapping depends on {exists}",
+    ):
+        assert line in made.text
+
+
+def test_what_returns_early_is_to_fill_in(tmp_path: Path) -> None:
+    text = """
+def setup(context):
+    if os.environ['SIM'] == '1':
+        return [Node(package='p', executable='sim', name='sim')]
+    return [Node(package='p', executable='real', name='real')]
+
+def generate_launch_description():
+    return LaunchDescription([OpaqueFunction(function=setup), Node(package='p', executable='n', name='n')])
+"""
+    made = draft(lab(tmp_path, {"a.launch.py": text}))
+    assert [*data(made)["programs"]] == ["n"]
+    assert "  # sim: {" in made.text
+    assert "  # real: {" in made.text
+
+
+def test_an_include_is_no_scope(tmp_path: Path) -> None:
+    """What it sets holds after it, but not after a group around it."""
+    include = "IncludeLaunchDescription('inner.launch.xml', launch_arguments={'rate': '7'}.items())"
+    node = "Node(package='p', executable='e', name='%s', parameters=[{'rate': LaunchConfiguration('rate')}])"
+    files = {
+        "inner.launch.xml": '<launch><arg name="rate"/><node pkg="p" exec="i" name="i"/></launch>',
+        "a.launch.py": launch(
+            "DeclareLaunchArgument('rate', default_value='3')", f"GroupAction([{include}])", node % "before",
+            include, node % "after",
+        ),
+    }  # fmt: skip
+    programs = data(draft(lab(tmp_path, files)))["programs"]
+    assert [programs[name]["params"] for name in ("before", "after")] == [{"rate": 3}, {"rate": 7}]
+
+
+PARAMS = """
+/**: {ros__parameters: {of: all}}
+n: {ros__parameters: {of: the root}}
+r: {n: {ros__parameters: {of: r}}}
+/*/m: {ros__parameters: {of: any}}
+"""
+
+
+def test_a_node_reads_the_sections_of_its_full_name(tmp_path: Path) -> None:
+    nodes = [
+        f"Node(package='p', executable='e', name='{name}', namespace='{namespace}', parameters=[{file}])"
+        for name, namespace, file in (
+            ("n", "", "'p.yaml'"),
+            ("n", "r", "'p.yaml'"),
+            ("m", "q", "'p.yaml'"),
+            ("n", "s", "'p.yaml'"),
+            ("n", "t", "RewrittenYaml('p.yaml', root_key='t', param_rewrites={})"),
+        )
+    ]
+    made = draft(lab(tmp_path, {"a.launch.py": launch(*nodes), "p.yaml": PARAMS}))
+    found = [one["params"]["of"] for one in data(made)["programs"].values()]
+    assert found == ["the root", "r", "any", "all", "the root"]
+
+
+def test_values_of_a_substitution_are_read_as_yaml(tmp_path: Path) -> None:
+    xml = "".join(
+        f'<param name="p{number}" value="{value}"/>'
+        for number, value in enumerate(("2", "on", "''", "[a, b]", "[1, x]", "{a: 1}", "1e400"))
+    )
+    node = f'<launch><node pkg="p" exec="e" name="n">{xml}</node></launch>'
+    programs = data(draft(lab(tmp_path, {"a.launch.xml": node})))["programs"]
+    assert [*programs["n"]["params"].values()] == [
+        2, True, "", ["a", "b"], "[1, x]", "{{a: 1}}", "1e400",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "path"),
+    [
+        ("Path(get_package_share_directory('own')) / 'config' / 'p.yaml'", "config/p.yaml"),
+        ("Path(__file__).parent.parent.joinpath('config', 'p.yaml').resolve()", "config/p.yaml"),
+        ("os.path.join(os.path.dirname(os.path.dirname(__file__)), 'config/p.yaml')", "config/p.yaml"),
+        ("FindPackageShare(package='own').find('own') + '/config/p.yaml'", "config/p.yaml"),
+        ("'/home/robot/ws/install/p.yaml'", "config/p.yaml"),
+    ],
+)
+def test_a_parameter_file_is_found_by_its_path(text: str, path: str, tmp_path: Path) -> None:
+    files = {
+        "own/package.xml": "<package><name>own</name></package>",
+        "own/launch/a.launch.py": launch(f"Node(package='p', executable='e', name='n', parameters=[{text}])"),
+        f"own/{path}": "n: {ros__parameters: {speed: 0.5}}\n",
+    }
+    assert data(draft(lab(tmp_path, files)))["programs"]["n"]["params"] == {"speed": 0.5}
+
+
+def test_what_starts_a_program_is_named(tmp_path: Path) -> None:
+    node = '<launch><arg name="go"/><node pkg="p" exec="e" name="robot" if="$(var go)"/></launch>'
+    outer = (
+        '<launch><include file="$(dirname)/inner.launch.xml"><arg name="go" value="{}"/></include></launch>'
+    )
+    files = {"inner.launch.xml": node, **{f"{go}.launch.xml": outer.format(go) for go in ("true", "false")}}
+    made = draft(lab(tmp_path, files))
+    assert "  robot:  # from inner.launch.xml:1, started by true.launch.xml\n" in made.text
+    assert "it is not started" not in made.text  # by the other one
+
+
+def test_xml_launch_files_have_any_name(tmp_path: Path) -> None:
+    node = '<launch><node pkg="p" exec="e" name="{}"/></launch>'
+    files = {"launch/rover_launch.xml": node.format("a"), "launch/multi_launch_1.xml": node.format("b")}
+    assert {*data(draft(lab(tmp_path, files)))["programs"]} == {"a", "b"}
+
+
+def test_each_value_of_ros_has_its_place(tmp_path: Path) -> None:
+    files = {
+        "Dockerfile": "FROM ros:humble\n",
+        "env.sh": "\nexport ROS_DOMAIN_ID=4\n",
+        "start.sh": "ros2 run p e\n",
+    }
+    made = draft(lab(tmp_path, files))
+    assert "ros: {distro: humble, domain: 4}  # from Dockerfile:1, domain: env.sh:2\n" in made.text
+
+
+def test_the_readme_may_name_the_distribution(tmp_path: Path) -> None:
+    files = {
+        "README.md": "# Lab\nInstall ROS 2 Humble.\n",
+        "start.sh": "ros2 run p e\necho /opt/ros/jazzy/\n",
+    }
+    made = draft(lab(tmp_path, files))
+    assert "ros: {distro: humble}  # guess: README.md is about it; check" in made.text

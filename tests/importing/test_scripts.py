@@ -275,3 +275,66 @@ def test_a_recording_is_a_program(tmp_path: Path) -> None:
     command = ["ros2", "bag", "record", "-o", "/tmp/run", "/scan"]
     assert data(made)["programs"]["rosbag"]["command"] == command
     assert "#   start.sh:2: `ros2 topic list` is no launch file and no node" in made.text
+
+
+TMUXP = """\
+session_name: rover
+environment: {ROS_DOMAIN_ID: 3}
+shell_command_before: source /opt/ros/humble/setup.bash
+windows:
+  - window_name: main
+    panes:
+      - shell_command:
+          - ssh pi@rover.local
+          - cmd: ros2 run p on_rover
+            enter: false
+      - ros2 run p here
+      - null
+"""
+TMUXINATOR = """\
+name: rover
+pre_window: export ROS_DOMAIN_ID=3
+windows:
+  - main:
+      layout: tiled
+      panes:
+        - ssh pi@rover.local "ros2 run p on_rover"
+        - - cd /tmp
+          - |
+            ros2 run p here
+  - log: htop
+"""
+
+
+@pytest.mark.parametrize(("text", "lines"), [(TMUXP, (9, 11)), (TMUXINATOR, (7, 10))])
+def test_a_session_of_tmux_is_a_script(text: str, lines: tuple[int, int], tmp_path: Path) -> None:
+    made = draft(lab(tmp_path, {"session.yaml": text}))
+    found = data(made)
+    assert found["hosts"]["rover"] == {"address": "rover.local", "user": "pi"}
+    assert found["programs"]["on-rover"]["host"] == "rover"
+    assert found["ros"]["domain"] == 3
+    assert f'(session.yaml:{lines[0]}, "on_rover" there)' in made.text
+    assert f"(session.yaml:{lines[1]})" in made.text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'HERE=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)\n. $HERE/env.sh',
+        'HERE="$( cd "$( dirname "$0" )/../bin" &> /dev/null && pwd )"\n. "$HERE"/env.sh',
+        '. $(dirname "$0")/env.sh',
+    ],
+)
+def test_a_script_knows_its_folder(text: str) -> None:
+    texts = {"bin/start.sh": text, "bin/env.sh": "ros2 run p e"}
+    found = read_script("bin/start.sh", texts)
+    assert [one.words for one in found.steps if isinstance(one, Command)] == [("ros2", "run", "p", "e")]
+
+
+def test_a_python_program_that_starts_others_is_named(tmp_path: Path) -> None:
+    program = "import subprocess\nsubprocess.run(['ssh', 'pi@r', 'ros2 launch p x.launch.py'])\n"
+    made = draft(
+        lab(tmp_path, {"start.sh": "ros2 run p e\n", "run.py": program, "node.py": "import rclpy\n"})
+    )
+    assert "#   run.py:2: a Python program that has `ssh`; it is not read" in made.text
+    assert "node.py" not in made.text
