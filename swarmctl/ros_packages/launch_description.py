@@ -136,10 +136,11 @@ class _Scope:
     certain: bool = True
     condition: str = ""
     depth: int = 0
+    leaked: dict[str, str] = field(default_factory=dict)  # values that an included file sets, with its path
 
     def inner(self) -> _Scope:
         """Returns a scope whose changes end with it."""
-        return replace(self, values=dict(self.values))
+        return replace(self, values=dict(self.values), leaked=dict(self.leaked))
 
 
 def evaluate(
@@ -319,10 +320,13 @@ class _Run:
         name = self.text(scope, action.arguments.get("name"))
         if isinstance(name, Unknown):
             return
+        default = action.arguments.get("default")
+        value = Unknown(f"the argument `{name}`") if default is None else self.text(scope, default)
         if name not in scope.values:
-            default = action.arguments.get("default")
-            value = Unknown(f"the argument `{name}`") if default is None else self.text(scope, default)
             scope.values[name] = value if scope.certain else Unknown(scope.condition)
+        elif name in scope.leaked and default is not None and value != scope.values[name]:
+            why = f"{scope.leaked[name]}, which is included before in the same scope, sets it otherwise"
+            self.not_read(scope, action.line, f"the default of {name} is not used: {why}")
         self.declared[self.place(scope, action.line)] = (name, scope.values[name])
         if not scope.depth:
             known = scope.values[name]
@@ -658,8 +662,10 @@ class _Run:
             self.launched.files[shown] = None
             package = self.closed[shown]
         elif found is not None and path in found.contents and scope.depth < _MAX_INCLUDES:
+            leaked = {name: by for name, by in scope.leaked.items() if name not in given}
+            values = {**scope.values, **given}
             within = replace(
-                scope, package=found, path=path, values={**scope.values, **given}, depth=scope.depth + 1
+                scope, package=found, path=path, values=values, depth=scope.depth + 1, leaked=leaked
             )
             self.file(within, Place(posixpath.join(found.folder, path), 0))
             self.leave(scope, within)
@@ -670,6 +676,12 @@ class _Run:
     @staticmethod
     def leave(scope: _Scope, inner: _Scope) -> None:
         """Keeps what an included file sets: an include is no scope, as a group is."""
+        file = posixpath.normpath(posixpath.join(inner.package.folder, inner.path))
+        scope.leaked |= {
+            name: inner.leaked.get(name, file)
+            for name, value in inner.values.items()
+            if scope.values.get(name) != value
+        }
         scope.values.update(inner.values)
         scope.namespace, scope.remaps = inner.namespace, inner.remaps
         scope.parameters, scope.environment = inner.parameters, inner.environment

@@ -396,6 +396,18 @@ def test_an_include_is_no_scope(tmp_path: Path) -> None:
     assert [programs[name]["params"] for name in ("before", "after")] == [{"rate": 3}, {"rate": 7}]
 
 
+def test_a_default_that_an_include_before_it_replaces_is_named(tmp_path: Path) -> None:
+    node = '<node pkg="p" exec="{0}" name="{0}" args="$(var file)"/>'
+    inner = f'<launch><arg name="file" default="{{0}}"/>{node}</launch>'
+    include = '<include file="$(dirname)/{}.launch.xml"/>'
+    files = {f"{one}.launch.xml": inner.format(one) for one in ("one", "two")}
+    both = f"{include.format('one')}{include.format('two')}"
+    made = draft(lab(tmp_path, {**files, "a.launch.xml": f"<launch>{both}</launch>"}))
+    assert [one["args"] for one in data(made)["programs"].values()] == [["one"], ["one"]]
+    why = "one.launch.xml, which is included before in the same scope, sets it otherwise"
+    assert f"#   two.launch.xml:1: the default of file is not used: {why}\n" in made.text
+
+
 PARAMS = """
 /**: {ros__parameters: {of: all}}
 n: {ros__parameters: {of: the root}}
