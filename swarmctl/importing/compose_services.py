@@ -236,7 +236,7 @@ class _Reader:
             name = unknown[0]
             service.unread.append(f"{place}: a value of `{service.name}` depends on the variable {name}")
         for one in dict.fromkeys(defaults):
-            service.unread.append(f"{place}: {one} of `{service.name}`; its default is taken")
+            service.unread.append(f"{place}: {one} of `{service.name}`; here its variable is not set")
         return text
 
 

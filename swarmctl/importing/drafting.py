@@ -102,7 +102,9 @@ def _drafted(path: Path, kind: Kind | None, spec: Path) -> Draft:
         raise DraftError(f"{place}{folder.message}", *folder.help)
     draft = _draft(path, folder, kind, spec)
     draft.unread[:0] = folder.unread
-    others = {one for one in folder.others if one.endswith((".j2", "justfile", "Justfile", "akefile"))}
+    others = {
+        one for one in folder.others if one.endswith((".j2", "justfile", "Justfile", "akefile", "user-data"))
+    }
     left = {one for one in folder.candidates() if not one.startswith("README.")} - draft.files
     draft.unread += unused(left | others, folder.texts)
     if not draft.hosts:

@@ -38,6 +38,7 @@ _GENERAL = {"setup", "env", "environment", "ros", "bashrc", "ros-env", "ros-setu
 _OF_SCRIPTS = re.compile(r"[-_](env|environment|setup|ros|bashrc)$")  # k3_env.sh
 _OF_NODES = re.compile(r"(_(driver|node|base|robot))+$")
 _NAMESPACES = ("namespace", "robot_namespace")  # arguments of launch files
+_OF_SIMULATION = re.compile(r"(^|[/_.-])(sim|simulation|simulated|gazebo|gz)([/_.-]|$)")
 _OF_LAUNCH = re.compile(r"[-_]launch$")
 MULTIMASTERS = {
     node.package: packages for packages, one in FAMILIES.items() for node in (one.discovery, one.sync)
@@ -66,6 +67,7 @@ class Lab:
             self.namespaces[str(robot.fields["host"].value), of_robot] = name
         self.default = ""  # the host of nodes that name no machine
         self.hub = ""  # where roslaunch runs
+        self.simulations: set[str] = set()  # files, beside others that start nodes
 
     def add_machine(self, machine: Machine) -> None:
         """Adds the computer of a <machine>."""
@@ -142,8 +144,9 @@ class Lab:
 
     def add_nodes(self, launched: Mapping[str, Launched]) -> None:
         """Adds robots, then programs, which may name robots, and the master of machines."""
-        programs: list[tuple[Node, Value, str]] = []
-        for path, node in nodes_in(launched, self.started_on):
+        programs: list[tuple[Node, Value, Sequence[str]]] = []
+        for paths, node in nodes_in(launched, self.started_on):
+            path = self.unknown.path = paths[0]
             kind = driven_type(node.package or "", node.executable or "", self.types)
             packages = MULTIMASTERS.get(node.package or "")
             if None in (node.package, node.executable):
@@ -159,12 +162,15 @@ class Lab:
                     node, launched[path], packages, "" if host is None or host.fill_in else host.value
                 )
             else:
-                programs.append((node, self._host_of(node, path), path))
-        for node, host, path in programs:
-            self._add_program(node, host, path)
+                programs.append((node, self._host_of(node, path), paths))
+        for node, host, paths in programs:
+            self.unknown.path = paths[0]
+            self._add_program(node, host, self._starters(paths, launched))
         for path, one in launched.items():
+            self.unknown.path = path
             for include in one.includes:
                 self._add_include(include, path)
+        self.unknown.path = ""
 
     def add_any_host(self, guess: str) -> None:
         """Adds a host to fill in if no file names one."""
@@ -379,6 +385,14 @@ class Lab:
             why = "swarmctl's own driver replaces the node"
             self.draft.unread.append(f"{node.place}: {', '.join(unused)}: {why}")
 
+    def _starters(self, paths: Sequence[str], launched: Mapping[str, Launched]) -> Sequence[str]:
+        """The files that start a node: first those that are no simulation, by their names."""
+        files = dict.fromkeys(re.split(r" on |: ", path)[0] for path in paths)
+        every = {re.split(r" on |: ", path)[0] for path in launched}
+        simulated = {one for one in every if _OF_SIMULATION.search(one)}
+        self.simulations = simulated if every - simulated else set()
+        return sorted(files, key=lambda one: one in self.simulations)
+
     def _where(self, namespace: str, host: Value, place: Place) -> dict[str, Value]:
         """The robot whose namespace this is, and the host, unless it is that of the robot."""
         robots = {robot for (_, one), robot in self.namespaces.items() if one == namespace}
@@ -390,25 +404,28 @@ class Lab:
             return {"robot": Value(robot, place, "it has the robot's namespace; its host may start it")}
         return {"robot": Value(robot, place), **({} if here else {"host": host})}
 
-    def _add_program(self, node: Node, host: Value, path: str) -> None:
+    def _add_program(self, node: Node, host: Value, starters: Sequence[str]) -> None:
         """Adds a program; in the namespace of a robot it is that robot's, on any host."""
         namespace, _, last = (node.name or node.last or node.executable or "").strip("/").rpartition("/")
         fields = self._where(namespace, host, node.place)
         fields |= component_fields(node, namespace) if node.is_component else program_fields(node)
-        if node.arguments is None:
+        if node.arguments is None or not node.is_whole:
             key, known = ("args", []) if node.package else ("command", [node.executable])
+            known = fields[key].value if key in fields else known
             fields[key] = self.unknown.filled(Value(known), node.place, "args")
-        if self.unknown.has(node.place, "namespace"):
+        if node.name is None and self.unknown.has(node.place, "namespace"):
             fields["namespace"] = self.unknown.filled(Value("robot"), node.place, "namespace")
         elif namespace and "robot" not in fields:
             fields["namespace"] = Value(namespace, node.place)
         of = "its executable" if last == node.executable else "what its parameter file calls it"
         guess = "" if node.has_name else f"its launch file names no node; this is {of}"
+        if not guess and starters[0] in self.simulations:
+            guess = "it is of a simulation, by the name of the file that starts it"
         is_named = node.name is not None or node.last is not None
-        by = re.split(r" on |: ", path)[0]
         name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots}, guess)
         if not (node.certain and is_named):
             name = self.unknown.filled(name, node.place, *([] if node.certain else ["if"]), "name")
-        name = replace(name, by="" if by == node.place.file else by)
+        others = [one for one in starters if one != node.place.file]
+        name = replace(name, by=", ".join(others[:2]) + (" and others" if others[2:] else ""))
         self.draft.programs[name.value] = Entry(name, fields)
         self.draft.unread += left_out(node, self.unknown)

@@ -173,7 +173,9 @@ class _Reader:
             self.process()
         elif (program, second) == ("fastdds", "discovery") or program == "fast-discovery-server":
             self.server()
-        elif program in ("CMD", "ENTRYPOINT"):  # of a Dockerfile
+        elif program == "ENV":  # of a Dockerfile
+            self.not_read("is of the image, and stays in it")
+        elif program in ("CMD", "ENTRYPOINT"):
             self.not_read("is what a container of this image runs")
         elif program not in _QUIET and (self.command.remote is not None or self.is_of_ros(program)):
             self.not_read("is no launch file and no node")
@@ -226,7 +228,7 @@ class _Reader:
                 return
         environment = tuple(self.environment())
         if not self.command.certain:
-            self.here.launched.unknown.setdefault((self.place, "if"), "a branch of the script")
+            self.here.launched.unknown.setdefault((self.place, "if"), "a branch or a loop of the script")
         path = file if package else posixpath.normpath(file)
         one = Include(package, path, namespace, arguments, self.place, self.command.certain, environment)
         self.here.launched.includes.append(one)
@@ -271,7 +273,7 @@ class _Reader:
         namespace = own.namespace or self.namespace()
         name = own.name or executable
         if not self.command.certain:
-            self.here.launched.unknown.setdefault((self.place, "if"), "a branch of the script")
+            self.here.launched.unknown.setdefault((self.place, "if"), "a branch or a loop of the script")
         self.here.launched.nodes.append(
             Node(
                 f"/{namespace}/{name}" if namespace else f"/{name}",
@@ -294,7 +296,7 @@ class _Reader:
             self.not_read("")
             return
         if not self.command.certain:
-            self.here.launched.unknown.setdefault((self.place, "if"), "a branch of the script")
+            self.here.launched.unknown.setdefault((self.place, "if"), "a branch or a loop of the script")
         name = "rosbag" if words[0] == "ros2" else posixpath.basename(words[0])
         self.here.launched.nodes.append(
             Node(

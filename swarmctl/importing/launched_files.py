@@ -143,11 +143,13 @@ def started_in(path: str, service: Service) -> Started:
     return here
 
 
-def reasons(launched: Mapping[str, Launched]) -> Mapping[tuple[Place, str], str]:
-    """Returns on what the attributes depend that are not known."""
-    return {
-        (normal(place), key): why for one in launched.values() for (place, key), why in one.unknown.items()
-    }
+def reasons(launched: Mapping[str, Launched]) -> Mapping[tuple[Place, str], Mapping[str, str]]:
+    """Returns on what the attributes depend that are not known, by what starts them."""
+    found: dict[tuple[Place, str], dict[str, str]] = {}
+    for path, one in launched.items():
+        for (place, key), why in one.unknown.items():
+            found.setdefault((normal(place), key), {})[path] = why
+    return found
 
 
 def launched_in(
@@ -199,18 +201,21 @@ def not_included(found: Mapping[str, Launched]) -> Mapping[str, Launched]:
     return {path: one for path, one in found.items() if path not in included}
 
 
-def nodes_in(launched: Mapping[str, Launched], apart: Collection[str] = ()) -> Iterator[tuple[str, Node]]:
-    """Every node once, with what starts it; of those that are ``apart`` each starts its own."""
-    seen: set[tuple[Node, str]] = set()
+def nodes_in(
+    launched: Mapping[str, Launched], apart: Collection[str] = ()
+) -> Iterator[tuple[Sequence[str], Node]]:
+    """Every node once, with all that starts it; of those that are ``apart`` each starts its own."""
+    seen: dict[tuple[Node, str], tuple[list[str], Node]] = {}
     for path, one in launched.items():
         for node in one.nodes:
             key = (node, path if path in apart else "")  # one with other parameters is another one
             if key not in seen:
-                seen.add(key)
                 settings = tuple(replace(one, place=normal(one.place)) for one in node.parameters)
                 texts = tuple(replace(one, place=normal(one.place)) for one in node.rosparams)
                 place = normal(node.place)
-                yield path, replace(node, place=place, parameters=settings, rosparams=texts)
+                seen[key] = [], replace(node, place=place, parameters=settings, rosparams=texts)
+            seen[key][0].append(path)
+    yield from seen.values()
 
 
 def unread(launched: Mapping[str, Launched]) -> Iterator[str]:

@@ -75,7 +75,7 @@ def left_out(node: Node, unknown: Unknown) -> Iterator[str]:
 def why_left_out(one: Setting) -> str:
     """Says why a parameter or a variable is left out; empty if it is not."""
     if one.value is None:
-        return "has no value here"
+        return "is not known here"
     return "may be a secret" if is_secret(one.name, one.value) else ""
 
 
@@ -111,6 +111,8 @@ def _typed(one: Setting) -> Any:
     if one.type == "yaml":  # as launch_ros reads what is no constant
         found = _read(text)
         items = found if isinstance(found, list) else [found]
+        if {type(item) for item in items} == {int, float}:
+            items = [float(item) for item in items]
         is_one = len({type(item) for item in items}) == 1 and isinstance(items[0], (bool, int, float, str))
         if not is_one or any(isinstance(item, float) and not math.isfinite(item) for item in items):
             return escaped(text)

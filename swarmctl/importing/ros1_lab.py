@@ -44,9 +44,9 @@ def draft_from_launch(
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
     lab.add_scripts(found.started)
-    for path, node in nodes_in(launched):
+    for paths, node in nodes_in(launched):
         if node.certain and node.package in MULTIMASTERS:
-            lab.fkie.add_hosts(node, launched[path])
+            lab.fkie.add_hosts(node, launched[paths[0]])
     if found.starts_nodes:
         lab.add_any_host("it starts all nodes")
     lab.add_nodes(launched)

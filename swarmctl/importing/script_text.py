@@ -17,6 +17,7 @@ _OF_UNIT = re.compile(
     r"\s*(Environment|EnvironmentFile|ExecStart|ExecStartPre|ExecStartPost)\s*=(.*)", re.DOTALL
 )
 _OF_IMAGE = re.compile(r"\s*(ENV|CMD|ENTRYPOINT)\s+(.*)", re.DOTALL | re.IGNORECASE)
+_OF_ROS = re.compile(r"(ROS|RMW|CYCLONEDDS|FASTRTPS|FASTDDS|ZENOH)_")
 _PREFIXES = "-@:+!"  # of a command of a unit, or of its file of variables
 
 
@@ -44,7 +45,7 @@ def _of_unit(line: str) -> str:
         return ""
     value = match[2].strip().lstrip(_PREFIXES)
     if match[1] == "Environment":
-        return _exported(value)
+        return " ".join(("export", *_pairs(value)))
     return f"source {value}" if match[1] == "EnvironmentFile" else value
 
 
@@ -54,7 +55,10 @@ def _of_image(line: str) -> str:
         return ""
     if match[1].upper() == "ENV":
         name, _, value = match[2].strip().partition(" ")
-        return _exported(match[2] if "=" in name else f"{name}={shlex.quote(value.strip())}")
+        pairs = _pairs(match[2] if "=" in name else f"{name}={shlex.quote(value.strip())}")
+        of_ros = [one for one in pairs if _OF_ROS.match(one)]
+        others = [f"ENV {one}" for one in pairs if not _OF_ROS.match(one)]
+        return "; ".join((*([f"export {' '.join(of_ros)}"] if of_ros else []), *others))
     try:
         words = json.loads(match[2])
     except ValueError:
@@ -62,9 +66,10 @@ def _of_image(line: str) -> str:
     return f"{match[1]} {shlex.join(map(str, words))}" if isinstance(words, list) else line
 
 
-def _exported(text: str) -> str:
+def _pairs(text: str) -> list[str]:
+    """Each `NAME=VALUE` of a text, quoted for a shell."""
     try:
         pairs = [word.partition("=") for word in shlex.split(text.replace("\\\n", " "))]
     except ValueError:
-        return ""
-    return " ".join(("export", *(f"{name}={shlex.quote(value)}" for name, _, value in pairs)))
+        return []
+    return [f"{name}={shlex.quote(value)}" for name, _, value in pairs]

@@ -13,27 +13,32 @@ from swarmctl.ros_packages.launch_files import Place
 class Unknown:
     """The attributes of launch files that depend on a substitution; each is to fill in, or not read."""
 
-    def __init__(self, reasons: Mapping[tuple[Place, str], str]) -> None:
+    def __init__(self, reasons: Mapping[tuple[Place, str], Mapping[str, str]]) -> None:
         self._reasons = reasons
         self._filled: set[tuple[Place, str]] = set()
+        self.path = ""  # of what starts the node in question; empty for any
 
     def has(self, place: Place, *keys: str) -> bool:
         """Returns True if one of these attributes depends on a substitution."""
-        return any((place, key) in self._reasons for key in keys)
+        return any(self._why(place, key) for key in keys)
+
+    def _why(self, place: Place, key: str) -> str:
+        found = self._reasons.get((place, key), {})
+        return found.get(self.path, "") if self.path else next(iter(found.values()), "")
 
     def filled(self, value: Value, place: Place, *keys: str) -> Value:
         """Returns a value that is to fill in if one of these attributes depends on a substitution."""
         for key in keys:
-            if why := self._reasons.get((place, key)):
+            if why := self._why(place, key):
                 self._filled.add((place, key))
                 value = replace(value, fill_in=f"{place}: {_depends(key, why)}")
         return value
 
     def unread(self) -> Iterator[str]:
         """Yields the places that are not to fill in."""
-        for (place, key), why in self._reasons.items():
+        for (place, key), whys in self._reasons.items():
             if (place, key) not in self._filled:
-                yield f"{place}: {_depends(key, why)}"
+                yield f"{place}: {_depends(key, next(iter(whys.values())))}"
 
 
 def _depends(key: str, why: str) -> str:

@@ -244,14 +244,19 @@ class _Run:
             applies = _is_true(value)
             if applies is None:
                 why = value.why if isinstance(value, Unknown) else f"`{value}`"
-                within = replace(scope, certain=False, condition=scope.condition or why)
+                within = replace(scope.inner(), certain=False, condition=scope.condition or why)
                 self.launched.unknown.setdefault((self.place(scope, action.line), "if"), within.condition)
             elif applies is not action.condition.wanted:
                 self.not_read(scope, action.line, "it is not started: its condition is not true")
                 return
+        if within is not scope and action.kind in ("remap", "parameter", "environment"):
+            return  # whether it applies is to fill in
         self.kinds[action.kind](within, action)
-        if within is not scope and action.kind in ("namespace", "remap"):
-            scope.namespace, scope.remaps = within.namespace, within.remaps
+        if within is not scope:  # what it sets is not known
+            changed = [name for name, one in within.values.items() if one != scope.values.get(name)]
+            scope.values.update(dict.fromkeys(changed, Unknown(within.condition)))
+            if within.namespace != scope.namespace:
+                scope.namespace = Unknown(within.condition)
 
     # Values
 
@@ -323,7 +328,7 @@ class _Run:
         default = action.arguments.get("default")
         value = Unknown(f"the argument `{name}`") if default is None else self.text(scope, default)
         if name not in scope.values:
-            scope.values[name] = value if scope.certain else Unknown(scope.condition)
+            scope.values[name] = value
         elif name in scope.leaked and default is not None and value != scope.values[name]:
             why = f"{scope.leaked[name]}, which is included before in the same scope, sets it otherwise"
             self.not_read(scope, action.line, f"the default of {name} is not used: {why}")
@@ -337,7 +342,7 @@ class _Run:
         if not isinstance(name, Unknown):
             value = self.text(scope, action.arguments.get("value", ""))
             self.declared[self.place(scope, action.line)] = (name, value)
-            scope.values[name] = value if scope.certain else Unknown(scope.condition)
+            scope.values[name] = value
 
     def unset(self, scope: _Scope, action: Action) -> None:
         name = self.text(scope, action.arguments.get("name"))
@@ -357,12 +362,16 @@ class _Run:
     def end(self, first: int) -> None:
         """Lists namespaces of a scope that ends, from number ``first`` on, in which nothing starts."""
         for place, namespace, started in self.pushed[first:]:
-            if started == len(self.launched.nodes) + len(self.launched.includes):
+            if started == self.started():
                 self.launched.left_out.append((place, f"nothing starts in the namespace {namespace}"))
         del self.pushed[first:]
 
+    def started(self) -> int:
+        """How much starts in namespaces so far: not processes, which are in none."""
+        return sum(node.package != "" for node in self.launched.nodes) + len(self.launched.includes)
+
     def push(self, scope: _Scope, action: Action) -> None:
-        started = len(self.launched.nodes) + len(self.launched.includes)
+        started = self.started()
         namespace = str(self.text(scope, action.arguments.get("namespace", "")))
         self.pushed.append((self.place(scope, action.line), namespace, started))
         scope.namespace = self.joined(scope, action.arguments.get("namespace", ""))
@@ -389,6 +398,7 @@ class _Run:
         unknown = called is None or isinstance(namespace, Unknown)
         if package:
             self.launched.packages.setdefault(package, place)
+        words, is_whole = self.words(scope, action)
         self.launched.nodes.append(
             Node(
                 None if unknown else f"/{namespace}/{called}" if namespace else f"/{called}",
@@ -397,7 +407,8 @@ class _Run:
                 (*scope.remaps, *self.remaps(scope, action)),
                 place,
                 scope.certain,
-                arguments=self.words(scope, action),
+                arguments=words,
+                is_whole=is_whole,
                 parameters=(*scope.parameters, *self.settings(scope, action, called or "")),
                 environment=(*scope.environment, *self.variables(scope, action)),
                 has_name=name != "",
@@ -427,16 +438,14 @@ class _Run:
             shown = " ".join(one if isinstance(one, str) else "..." for one in words)[:60]
             self.not_read(scope, action.line, f"it runs `{shown}`" if shown else "it runs a process")
             return
-        unknown = next((one for one in words if isinstance(one, Unknown)), None)
-        if unknown is not None:
-            self.launched.unknown.setdefault((place, "args"), unknown.why)
+        rest, is_whole = self.known_words(scope, action, words[1:])
         if scope.condition:
             self.launched.unknown.setdefault((place, "if"), scope.condition)
         name = self.field(scope, action, "name", "name") or posixpath.basename(first)
         self.launched.nodes.append(
             Node(
                 f"/{name}", "", first, (), place, scope.certain,
-                arguments=None if unknown is not None else shlex.join(map(str, words[1:])),
+                arguments=rest, is_whole=is_whole,
                 environment=(*scope.environment, *self.variables(scope, action)),
                 has_name=bool(action.arguments.get("name")),
             )
@@ -464,19 +473,26 @@ class _Run:
                 why = next((one.why for one in ends if isinstance(one, Unknown)), "what it computes")
                 self.not_read(scope, action.line, f"a remapping depends on {why}")
 
-    def words(self, scope: _Scope, action: Action) -> str | None:
-        """The words of the command line as one text, quoted for a shell; None if they are not known."""
+    def words(self, scope: _Scope, action: Action) -> tuple[str | None, bool]:
+        """The words of the command line as one text, quoted for a shell, and whether all are known."""
         given = action.arguments.get("arguments")
         if not isinstance(given, (list, tuple)):  # of XML and YAML: one text
-            return self.field(scope, action, "arguments", "args")
+            text = self.field(scope, action, "arguments", "args")
+            return text, text is not None
         words = [self.text(scope, one) for one in _items(given)]
-        shown = " ".join(one if isinstance(one, str) else "..." for one in words)
-        if unknown := next((one for one in words if isinstance(one, Unknown)), None):
-            why = f"{unknown.why}: `{shown}`" if len(words) > 1 else unknown.why
-            self.launched.unknown.setdefault((self.place(scope, action.line), "args"), why)
-            return None
-        known = [one for one in words if isinstance(one, str)]
-        return " ".join(one if re.fullmatch(r"[\w@%+=:,./-]+", one) else json.dumps(one) for one in known)
+        return self.known_words(scope, action, words)
+
+    def known_words(
+        self, scope: _Scope, action: Action, words: Sequence[str | Unknown]
+    ) -> tuple[str | None, bool]:
+        """Words as one text, in which `...` stands for those that are not known; None if no word is."""
+        unknown = next((one for one in words if isinstance(one, Unknown)), None)
+        if unknown is not None:
+            self.launched.unknown.setdefault((self.place(scope, action.line), "args"), unknown.why)
+        if words and all(isinstance(one, Unknown) for one in words):
+            return None, False
+        texts = [one if isinstance(one, str) else "..." for one in words]
+        return shlex.join(texts), unknown is None
 
     def settings(self, scope: _Scope, action: Action, name: str) -> Iterator[Setting]:
         for one in _items(action.arguments.get("parameters")):
@@ -532,7 +548,7 @@ class _Run:
                 f"the file {name}" if isinstance(name, str) else f"a file, whose path depends on {name.why}"
             )
         self.launched.files[place.file] = None
-        why = f"{self.place(scope, 0)} reads it; what it gives to a node or a launch file is kept"
+        why = f"{self.place(scope, 0)} reads it; the draft has only what nodes get of it"
         self.launched.left_out.append((place, why))
         return data
 
@@ -544,7 +560,9 @@ class _Run:
             data = None if isinstance(file, Unknown) else self.data(scope, file)[1]
             names = [key.rpartition("/")[2] for key, _ in _sections(data)]
             names = [name for name in names if name.isidentifier()]
-            if executable not in names and (package in names or len(names) == 1):
+            words = {*str(executable).split("_"), *str(package).split("_")} - {"node"}
+            alike = [name for name in names if words & {*name.split("_")}]
+            if executable not in names and (package in names or len(alike) == len(names) == 1):
                 return str(package) if package in names else names[0]
         return executable
 
@@ -571,7 +589,7 @@ class _Run:
         self.launched.files[place.file] = None
         for section, values in sorted(_sections(data), key=lambda one: "*" not in one[0]):
             whole = f"/{around.strip('/')}{section}" if isinstance(around, str) and around else section
-            is_read = reads_section(whole, full) if known else section.endswith(f"/{name}") or "*" in section
+            is_read = reads_section(whole, full) if known else section.rpartition("/")[2] in (name, "*", "**")
             before = self.launched.sections.get((place.file, section))
             self.launched.sections[place.file, section] = bool(before) or is_read
             for key, value in _flat(values) if is_read else ():

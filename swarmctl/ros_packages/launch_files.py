@@ -86,6 +86,7 @@ class Node:
     has_name: bool = True  # False where the node itself knows it, and ``name`` has its executable
     last: str | None = None  # its name without the namespace, where only the host knows this
     is_component: bool = False  # ``executable`` is its plugin
+    is_whole: bool = True  # False where `...` in ``arguments`` stands for what only the host knows
 
 
 @dataclass(frozen=True)

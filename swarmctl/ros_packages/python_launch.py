@@ -368,7 +368,8 @@ class _Run:
         if isinstance(one.slice, ast.Slice):
             ends = [self.value(end, names) if end else None for end in (one.slice.lower, one.slice.upper)]
             known = not isinstance(into, dict) and all(isinstance(end, (int, type(None))) for end in ends)
-            return into[slice(*ends)] if known else Unknown("a slice")
+            unknown = next((end for end in ends if isinstance(end, Unknown)), Unknown("a slice"))
+            return into[slice(*ends)] if known else unknown
         key: Any = self.value(one.slice, names)
         try:
             return into[key]
@@ -548,7 +549,7 @@ class _Run:
             return result
         every = [*perhaps, _uncertain(result, later)]
         if any(one is not None and _started(one) is None for one in every):
-            return Unknown(later)
+            return next((one for one in every if isinstance(one, Unknown)), Unknown(later or _COMPUTED))
         actions = [one.actions if isinstance(one, _Description) else one for one in every if one is not None]
         return _Description(actions) if any(isinstance(one, _Description) for one in every) else actions
 
@@ -658,7 +659,13 @@ def _uncertain(value: Any, why: str) -> Any:
     actions = _started(value)
     if value is None or actions is None:
         return value if isinstance(value, Unknown) or value is None else Unknown(why)
-    made = [replace(one, condition=Condition(Unknown(why))) for one in actions]
+    perhaps = Condition(Unknown(why))
+    made = [
+        Action("group", one.line, {"actions": [one], "scoped": False}, perhaps)
+        if one.condition
+        else replace(one, condition=perhaps)
+        for one in actions
+    ]
     return (
         made[0]
         if isinstance(value, Action)

@@ -373,7 +373,8 @@ def test_a_parameter_file_that_nav2_chooses_or_changes(source: str, frame: str) 
     ("package", "sections", "name"),
     [
         ("controller_manager", ("controller_manager", "diff_cont"), "/controller_manager"),
-        ("robot_localization", ("ekf_filter_node",), "/ekf_filter_node"),
+        ("ekf", ("ekf_filter_node",), "/ekf_filter_node"),
+        ("p", ("a",), "/e"),
         ("p", ("a", "b"), "/e"),
         ("p", ("/**",), "/e"),
     ],
