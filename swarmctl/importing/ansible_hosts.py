@@ -186,6 +186,7 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, AnyRo
     Raises ``InventoryError``.
     """
     found, place = inventory(folder.texts, path), Place(path, 0)
+    places = _Places(folder.texts, path, {*found.hosts, *(one for of in found.groups.values() for one in of)})
     draft = Draft(f"the Ansible inventory {path}")
     hosts = LabHosts(draft)
     names: dict[str, str] = {}  # in the spec, by those in the inventory
@@ -193,13 +194,13 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, AnyRo
         if why := _no_host(name, variables):
             draft.unread.append(f"{path}: host `{name}`: {why}")
         else:
-            names[name] = hosts.new(name, place, _fields(name, variables, place))
+            names[name] = hosts.new(name, place, _fields(name, variables, places))
     for name, key in names.items():
         uri = _first(found.hosts[name], _MASTER)
         if uri and not _COMPUTED.search(uri):
-            hosts.add_master([key], Value(uri, place))
+            hosts.add_master([key], Value(uri, places.of(*_MASTER)))
         _add_robot(draft, (name, key), found, types, place)
-    _add_ros(draft, {key: found.hosts[name] for name, key in names.items()}, place)
+    _add_ros(draft, {key: found.hosts[name] for name, key in names.items()}, places)
     groups: dict[str, list[str]] = {}
     for name, key in names.items():
         for group in found.groups[name]:
@@ -207,10 +208,31 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, AnyRo
                 groups.setdefault(valid_name(group, "group"), []).append(key)
     if groups:
         draft.last["groups"] = Value(groups, place)
-    draft.files |= {one for one in folder.texts if is_of_variables(one)}
+    draft.files |= {*places.files}
     draft.unread += [f"{one}: the whole file is encrypted by ansible-vault" for one in found.encrypted]
-    draft.unread += [f"{path}: {one}" for one in _left_out({name: found.hosts[name] for name in names})]
+    draft.unread += _left_out({name: found.hosts[name] for name in names}, places)
     return draft
+
+
+class _Places:
+    """Where the variables of an inventory stand, as far as one file only has each."""
+
+    def __init__(self, texts: Mapping[str, str], path: str, owners: Collection[str]) -> None:
+        """Takes the files of variables of ``owners``, hosts and groups, and the inventory at ``path``."""
+        self.path = path
+        parts = {one: posixpath.splitext(one)[0].split("/") for one in texts if is_of_variables(one)}
+        self.files = {path, *(one for one, words in parts.items() if {*words} & {*owners, "all"})}
+        self._lines = [
+            (Place(one, number), line)
+            for one in sorted(self.files)
+            for number, line in enumerate(texts[one].split("\n"), 1)
+        ]
+
+    def of(self, *names: str) -> Place:
+        """Returns the line that sets one of these variables; the inventory if there are several."""
+        pattern = re.compile(rf"(?<![\w-])({'|'.join(map(re.escape, names))})[\"']?\s*[:=]")
+        found = [place for place, line in self._lines if pattern.search(line)]
+        return found[0] if len(found) == 1 else Place(self.path, 0)
 
 
 def _add_robot(
@@ -234,8 +256,9 @@ def _add_robot(
         draft.lines.append(unknown_line(key, key, types[kind.value]))
 
 
-def _add_ros(draft: Draft, hosts: Mapping[str, Variables], place: Place) -> None:
+def _add_ros(draft: Draft, hosts: Mapping[str, Variables], places: _Places) -> None:
     """Adds what variables of ROS 2 say: one distribution, and an island for each domain."""
+    place = places.of(*_DISTRO)
     left, domains = draft.unread, dict[int, list[str]]()
     ros: dict[str, object] = {}
     for key, variables in hosts.items():
@@ -247,20 +270,24 @@ def _add_ros(draft: Draft, hosts: Mapping[str, Variables], place: Place) -> None
         if rmw in RMW:
             ros.setdefault("rmw", RMW[rmw])
         elif rmw:
-            left.append(f"{place}: rmw_implementation {rmw} of host `{key}` has no key in a spec")
+            left.append(f"{places.of(*_RMW)}: rmw_implementation {rmw} of host `{key}` has no key in a spec")
         if (known := domain_of(domain)) is not None:
             domains.setdefault(known, []).append(key)
         elif domain:
-            left.append(f"{place}: ros_domain_id {domain} of host `{key}` is none from 0 to {LARGEST_DOMAIN}")
+            why = f"of host `{key}` is none from 0 to {LARGEST_DOMAIN}"
+            left.append(f"{places.of(*_DOMAIN)}: ros_domain_id {domain} {why}")
     if not (ros or domains) and any(_first(one, _DISTRO) == "noetic" for one in hosts.values()):
         draft.last["ros"] = Value({"distro": "noetic"}, place)
     if ros or domains:
         if domains:
             ros["domain"] = min(domains)
         guess = "" if "distro" in ros else "nothing names the distribution"
-        draft.first = {**mode_of(draft), "ros": Value({"distro": NEWEST_LTS, **ros}, place, guess)}
+        own = {"domain": places.of(*_DOMAIN), "rmw": places.of(*_RMW)}
+        own = {key: one for key, one in own.items() if key in ros}
+        value = Value({"distro": NEWEST_LTS, **ros}, place, guess, places=own)
+        draft.first = {**mode_of(draft), "ros": value}
     if len(domains) > 1:
-        add_islands(draft, domains, dict.fromkeys(domains, Value("", place)))
+        add_islands(draft, domains, dict.fromkeys(domains, Value("", places.of(*_DOMAIN))))
 
 
 def _first(variables: Variables, names: Collection[str]) -> str:
@@ -278,8 +305,10 @@ def _no_host(name: str, variables: Variables) -> str:
     return "" if connection in _SSH else f"it is reached by {connection}, and a host needs Linux and SSH"
 
 
-def _fields(name: str, variables: Variables, place: Place) -> Mapping[str, Value]:
-    fields = {"address": address_of(name, place)}  # what Ansible connects to without another one
+def _fields(name: str, variables: Variables, places: _Places) -> Mapping[str, Value]:
+    fields = {
+        "address": address_of(name, Place(places.path, 0))
+    }  # what Ansible connects to without another one
     for key, (example, names) in _HOST_KEYS.items():
         variable = next((one for one in names if one in variables), "")
         if variable:
@@ -287,7 +316,7 @@ def _fields(name: str, variables: Variables, place: Place) -> Mapping[str, Value
             if why := _unusable(variable, text):
                 fields[key] = Value(example, fill_in=f"{variable} {why}")
             else:
-                fields[key] = Value(number(text or "") if key == "port" else text, place)
+                fields[key] = Value(number(text or "") if key == "port" else text, places.of(variable))
     return fields
 
 
@@ -300,7 +329,7 @@ def _unusable(variable: str, text: str | None) -> str:
     return "is computed by a template" if _COMPUTED.search(text) else ""
 
 
-def _left_out(hosts: Mapping[str, Variables]) -> Sequence[str]:
+def _left_out(hosts: Mapping[str, Variables], places: _Places) -> Sequence[str]:
     """Says which variables of hosts are not in the draft, and why."""
     found: dict[tuple[str, str], list[str]] = {}
     for name, variables in hosts.items():
@@ -315,7 +344,8 @@ def _left_out(hosts: Mapping[str, Variables]) -> Sequence[str]:
             if why:
                 found.setdefault((variable, why), []).append(name)
     return [
-        f"{variable} of host `{names[0]}`{f' and {len(names) - 1} more' if names[1:] else ''} {why}"
+        f"{places.of(variable)}: {variable} of host `{names[0]}`"
+        f"{f' and {len(names) - 1} more' if names[1:] else ''} {why}"
         for (variable, why), names in found.items()
     ]
 

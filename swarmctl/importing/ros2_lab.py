@@ -109,6 +109,8 @@ def draft_from_ros_2(
         if (known := lab.draft.first.get("ros")) is not None:  # what an inventory says wins
             named = not known.guess or bool(value.guess)
             own = {key: one for key, one in known.value.items() if key != "distro" or named}
+            differs = value.value["distro"] != own.get("distro") and "README" in value.guess
+            known = replace(known, guess=f"{known.guess}; {value.guess}" if differs else known.guess)
             value = replace(known, value={**value.value, **own}, guess=known.guess if named else value.guess)
         lab.draft.first = {**(lab.draft.first or mode_of(lab.draft)), "ros": value}
     if len(domains) > 1:
@@ -154,11 +156,14 @@ def _variables(
     found: dict[str, Value] = {}
     if len(domains) > 1:
         found["ROS_DOMAIN_ID"] = next(iter(domains.values()))[0][1]
+    starting = [one for one in started if one.launched.nodes or one.launched.includes]
     for one in started:
         for name, value in one.variables.items():
             if name in OF_ROS_1 or (name == "ROS_DOMAIN_ID" and one.remote and len(domains) > 1):
                 continue
-            before = found.setdefault(name, value)
+            without = [two.path for two in starting if one in starting and name not in two.variables]
+            why = f"{without[0]} starts nodes without it" if without else ""
+            before = found.setdefault(name, replace(value, guess=why))
             if before.value != value.value:
                 unread.append(f"{value.place}: {name} has another value than in {before.place}")
     yield from found.items()
@@ -281,6 +286,7 @@ class _Ros:
         ros: dict[str, Any] = {"distro": distro.value}
         place, left = distro.place, self._draft.unread
         places: dict[str, Place] = {}
+        guesses = [distro.guess] if distro.guess else []
         for name, one in self._variables.items():
             text = str(one.value)
             if name in _FILE_VARIABLES and any(
@@ -297,6 +303,7 @@ class _Ros:
             ros |= keys
             if one.place is not None:
                 places[_KEYS[name]] = one.place
+            guesses += [f"{_KEYS[name]}: {one.guess}"] if one.guess else []
             place = place or one.place
         if self._servers:
             ros["servers"] = self._servers
@@ -308,6 +315,5 @@ class _Ros:
             ros["discovery"] = "peers"
         if "cyclonedds" in self._files.values() and "rmw" not in ros:
             left.append("rmw: a file of Cyclone DDS is here, and nothing sets RMW_IMPLEMENTATION")
-        return replace(
-            distro, value=ros, place=place, places={key: places[key] for key in ros if key in places}
-        )
+        where = {key: places[key] for key in ros if key in places}
+        return replace(distro, value=ros, place=place, places=where, guess="; ".join(guesses))

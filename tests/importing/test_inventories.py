@@ -173,7 +173,7 @@ def test_options_of_ssh_are_not_copied(tmp_path: Path) -> None:
     files = {"hosts.ini": "[pis]\na ansible_ssh_common_args='-o ProxyJump=me@gate'\n"}
     found = draft(lab(tmp_path, files))
     assert (
-        "#   hosts.ini: ansible_ssh_common_args of host `a` belongs in ~/.ssh/config; a jump host is `via`"
+        "#   hosts.ini:2: ansible_ssh_common_args of host `a` belongs in ~/.ssh/config; a jump host is `via`"
         in found.text
     )
     assert "me@gate" not in found.text
