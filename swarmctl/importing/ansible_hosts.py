@@ -186,7 +186,7 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, AnyRo
     Raises ``InventoryError``.
     """
     found, place = inventory(folder.texts, path), Place(path, 0)
-    places = _Places(folder.texts, path, {*found.hosts, *(one for of in found.groups.values() for one in of)})
+    places = _Places(folder.texts, path, found.groups)
     draft = Draft(f"the Ansible inventory {path}")
     hosts = LabHosts(draft)
     names: dict[str, str] = {}  # in the spec, by those in the inventory
@@ -217,22 +217,31 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, AnyRo
 class _Places:
     """Where the variables of an inventory stand, as far as one file only has each."""
 
-    def __init__(self, texts: Mapping[str, str], path: str, owners: Collection[str]) -> None:
-        """Takes the files of variables of ``owners``, hosts and groups, and the inventory at ``path``."""
-        self.path = path
-        parts = {one: posixpath.splitext(one)[0].split("/") for one in texts if is_of_variables(one)}
-        self.files = {path, *(one for one, words in parts.items() if {*words} & {*owners, "all"})}
+    def __init__(self, texts: Mapping[str, str], path: str, groups: Mapping[str, Sequence[str]]) -> None:
+        """Takes the inventory at ``path``, and the files of variables of hosts and their ``groups``."""
+        self.path, self._groups = path, groups
+        owners = {*groups, *(one for of in groups.values() for one in of), "all"}
+        self.files = {path, *(one for one in texts if is_of_variables(one) and owners & {*_words(one)})}
         self._lines = [
             (Place(one, number), line)
             for one in sorted(self.files)
             for number, line in enumerate(texts[one].split("\n"), 1)
         ]
 
-    def of(self, *names: str) -> Place:
-        """Returns the line that sets one of these variables; the inventory if there are several."""
+    def of(self, *names: str, host: str = "") -> Place:
+        """Returns the line that sets one of these variables of a host; the inventory if several do."""
         pattern = re.compile(rf"(?<![\w-])({'|'.join(map(re.escape, names))})[\"']?\s*[:=]")
         found = [place for place, line in self._lines if pattern.search(line)]
+        for owner in (host, *reversed(self._groups.get(host, ()))):  # the most specific one counts
+            if own := [one for one in found if is_of_variables(one.file) and owner in _words(one.file)]:
+                found = own
+                break
         return found[0] if len(found) == 1 else Place(self.path, 0)
+
+
+def _words(path: str) -> list[str]:
+    """The folders of a path and the name of its file, without the suffix."""
+    return posixpath.splitext(path)[0].split("/")
 
 
 def _add_robot(
@@ -316,7 +325,9 @@ def _fields(name: str, variables: Variables, places: _Places) -> Mapping[str, Va
             if why := _unusable(variable, text):
                 fields[key] = Value(example, fill_in=f"{variable} {why}")
             else:
-                fields[key] = Value(number(text or "") if key == "port" else text, places.of(variable))
+                fields[key] = Value(
+                    number(text or "") if key == "port" else text, places.of(variable, host=name)
+                )
     return fields
 
 
@@ -344,7 +355,7 @@ def _left_out(hosts: Mapping[str, Variables], places: _Places) -> Sequence[str]:
             if why:
                 found.setdefault((variable, why), []).append(name)
     return [
-        f"{places.of(variable)}: {variable} of host `{names[0]}`"
+        f"{places.of(variable, host=names[0])}: {variable} of host `{names[0]}`"
         f"{f' and {len(names) - 1} more' if names[1:] else ''} {why}"
         for (variable, why), names in found.items()
     ]

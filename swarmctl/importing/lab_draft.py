@@ -144,6 +144,9 @@ class Lab:
 
     def add_nodes(self, launched: Mapping[str, Launched]) -> None:
         """Adds robots, then programs, which may name robots, and the master of machines."""
+        files = {*map(_file_of, launched)}
+        simulated = {one for one in files if _OF_SIMULATION.search(one)}
+        self.simulations = simulated if files - simulated else set()
         programs: list[tuple[Node, Value, Sequence[str]]] = []
         for paths, node in nodes_in(launched, self.started_on):
             path = self.unknown.path = paths[0]
@@ -165,7 +168,7 @@ class Lab:
                 programs.append((node, self._host_of(node, path), paths))
         for node, host, paths in programs:
             self.unknown.path = paths[0]
-            self._add_program(node, host, self._starters(paths, launched))
+            self._add_program(node, host, self._starters(paths))
         for path, one in launched.items():
             self.unknown.path = path
             for include in one.includes:
@@ -178,8 +181,13 @@ class Lab:
             why = "nothing that is read names a computer; write each, and which one starts what"
             self.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, guess)
 
-    def add_services(self, services: Mapping[str, tuple[Service, Started]]) -> None:
-        """Adds the program of each container but of one whose robot is in the draft."""
+    def add_services(
+        self, services: Mapping[str, tuple[Service, Started]], variables: Mapping[str, Value]
+    ) -> None:
+        """Adds the program of each container but of one whose robot is in the draft.
+
+        ``variables`` are those of the swarm; what a container has otherwise is in its environment.
+        """
         for key, (service, started) in services.items():
             if started.launched.includes:
                 why = "the driver of its robot's type runs without one"
@@ -200,7 +208,7 @@ class Lab:
             for one in service.environment.values():
                 if why := why_left_out(one):
                     self.draft.unread.append(f"{one.place}: {one.name} of `{service.name}` {why}")
-                elif one.name not in service.of_swarm:
+                elif one.name not in service.of_swarm or not _same(one.value, variables.get(one.name)):
                     kept[one.name] = escaped(one.value or "")
             if kept:
                 fields["environment"] = Value(kept, service.place)
@@ -263,7 +271,7 @@ class Lab:
         if drivers:
             self._add_driver(include, given, drivers, host)
         else:
-            self._add_launch(include, given, host)
+            self._add_launch(include, given, host, path)
 
     def _leave_include(self, include: Include) -> None:
         """Lists an include of a file that is neither here nor in a package, with what it gets."""
@@ -306,12 +314,15 @@ class Lab:
             why = "the driver of the type sets what it needs"
             self.draft.unread.append(f"{place}: {', '.join(left)}: {why}")
 
-    def _add_launch(self, include: Include, given: Mapping[str, str], host: Value) -> None:
+    def _add_launch(self, include: Include, given: Mapping[str, str], host: Value, path: str) -> None:
         """Adds the program of an included launch file."""
         place, file = normal(include.place), posixpath.basename(include.file)
         namespace = (include.namespace or "").strip("/")
         taken = {*self.draft.programs, *self.draft.robots}
-        name = named(_OF_LAUNCH.sub("", file.partition(".")[0]), "node", place, taken)
+        starters = self._starters([path])
+        guess = self._of_simulation(starters)
+        name = named(_OF_LAUNCH.sub("", file.partition(".")[0]), "node", place, taken, guess)
+        name = replace(name, by=_shown(starters, place.file))
         fields = self._where(namespace, host, place)
         fields |= {"package": Value(include.package, place), "launch": Value(file, place)}
         if given:
@@ -385,13 +396,14 @@ class Lab:
             why = "swarmctl's own driver replaces the node"
             self.draft.unread.append(f"{node.place}: {', '.join(unused)}: {why}")
 
-    def _starters(self, paths: Sequence[str], launched: Mapping[str, Launched]) -> Sequence[str]:
+    def _starters(self, paths: Sequence[str]) -> Sequence[str]:
         """The files that start a node: first those that are no simulation, by their names."""
-        files = dict.fromkeys(re.split(r" on |: ", path)[0] for path in paths)
-        every = {re.split(r" on |: ", path)[0] for path in launched}
-        simulated = {one for one in every if _OF_SIMULATION.search(one)}
-        self.simulations = simulated if every - simulated else set()
-        return sorted(files, key=lambda one: one in self.simulations)
+        return sorted(dict.fromkeys(map(_file_of, paths)), key=lambda one: one in self.simulations)
+
+    def _of_simulation(self, starters: Sequence[str]) -> str:
+        """Why a program is only guessed; empty if a file that is no simulation starts it."""
+        is_simulated = starters[0] in self.simulations
+        return "it is of a simulation, by the name of the file that starts it" if is_simulated else ""
 
     def _where(self, namespace: str, host: Value, place: Place) -> dict[str, Value]:
         """The robot whose namespace this is, and the host, unless it is that of the robot."""
@@ -419,13 +431,27 @@ class Lab:
             fields["namespace"] = Value(namespace, node.place)
         of = "its executable" if last == node.executable else "what its parameter file calls it"
         guess = "" if node.has_name else f"its launch file names no node; this is {of}"
-        if not guess and starters[0] in self.simulations:
-            guess = "it is of a simulation, by the name of the file that starts it"
+        guess = "; ".join(filter(None, (guess, self._of_simulation(starters))))
         is_named = node.name is not None or node.last is not None
         name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots}, guess)
         if not (node.certain and is_named):
             name = self.unknown.filled(name, node.place, *([] if node.certain else ["if"]), "name")
-        others = [one for one in starters if one != node.place.file]
-        name = replace(name, by=", ".join(others[:2]) + (" and others" if others[2:] else ""))
+        name = replace(name, by=_shown(starters, node.place.file))
         self.draft.programs[name.value] = Entry(name, fields)
         self.draft.unread += left_out(node, self.unknown)
+
+
+def _file_of(path: str) -> str:
+    """The file of what starts something, which may also name a computer or a service."""
+    return re.split(r" on |: ", path)[0]
+
+
+def _shown(starters: Sequence[str], file: str) -> str:
+    """The files that start something, but for the one that it stands in."""
+    others = [one for one in starters if one != file]
+    return ", ".join(others[:2]) + (" and others" if others[2:] else "")
+
+
+def _same(text: str | None, value: Value | None) -> bool:
+    """True unless a variable of the swarm has another value."""
+    return value is None or str(value.value) == text

@@ -64,6 +64,7 @@ class Started:
     servers: dict[int, Place] = field(default_factory=dict)  # of discovery, by their numbers
     unread: dict[str, None] = field(default_factory=dict)
     name: str = ""  # of a service
+    runs_others: bool = False  # programs that start no node
 
     @property
     def key(self) -> str:
@@ -177,8 +178,10 @@ class _Reader:
             self.not_read("is of the image, and stays in it")
         elif program in ("CMD", "ENTRYPOINT"):
             self.not_read("is what a container of this image runs")
-        elif program not in _QUIET and (self.command.remote is not None or self.is_of_ros(program)):
-            self.not_read("is no launch file and no node")
+        elif program not in _QUIET:
+            self.here.runs_others = True
+            if self.command.remote is not None or self.is_of_ros(program):
+                self.not_read("is no launch file and no node")
 
     def is_of_ros(self, program: str) -> bool:
         return program == "ssh" or any(

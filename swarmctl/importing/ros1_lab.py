@@ -50,7 +50,7 @@ def draft_from_launch(
     if found.starts_nodes:
         lab.add_any_host("it starts all nodes")
     lab.add_nodes(launched)
-    lab.add_services(found.services)
+    lab.add_services(found.services, {})
     lab.add_masters()
     lab.add_parameters(launched)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))

@@ -94,7 +94,7 @@ def draft_from_ros_2(
     elif variables or _profiles(folder):
         lab.add_any_host("the files are for it")
     lab.add_nodes(launched)
-    lab.add_services(found.services)
+    lab.add_services(found.services, variables)
     lab.add_parameters(launched)
     add_all_crazyflies(lab.draft, lab.hosts, folder)
     lab.draft.unread += (*lab.unknown.unread(), *unread(launched))
@@ -163,6 +163,8 @@ def _variables(
                 continue
             without = [two.path for two in starting if one in starting and name not in two.variables]
             why = f"{without[0]} starts nodes without it" if without else ""
+            if one.runs_others and one not in starting:
+                why = f"{one.path} sets it for what it runs"
             before = found.setdefault(name, replace(value, guess=why))
             if before.value != value.value:
                 unread.append(f"{value.place}: {name} has another value than in {before.place}")
@@ -186,7 +188,7 @@ def _distro(folder: LabFolder) -> Value:
             return Value(NEWEST_LTS, guess=why)
     named = _NAMED.search(folder.texts.get(readme, ""))
     if named and named[1].lower() in DISTROS:
-        return Value(named[1].lower(), guess=f"{readme} is about it")
+        return Value(named[1].lower(), guess=f"{readme} is about {named[1]}")
     why = f", and {readme} is about {named[1]}, which swarmctl does not know" if named else ""
     return Value(NEWEST_LTS, guess=f"no file names the distribution{why}")
 
@@ -294,6 +296,8 @@ class _Ros:
             ):
                 left.append(f"{one.place}: {name} is {text}, of which what has a key is kept")
                 continue
+            if name == "ROS_STATIC_PEERS" and not self._peers:
+                continue  # each of them is listed
             keys = self._keys(name, text)
             if keys is None:
                 secret = is_secret(name, text)

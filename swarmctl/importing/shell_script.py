@@ -37,6 +37,7 @@ _TEMPLATE = re.compile(r"\{\{.*?\}\}|(?<!\$)\{[%#].*?[%#]\}")  # of Jinja
 _NESTED = 100  # statements and words within each other
 _DEPTH = 16  # scripts, functions and remote commands within each other
 _VALUE = re.compile(r"\$\{(\w+)(?:\[([^\]]*)\])?(:?[-=].*)?\}", re.DOTALL)
+_LAB = "$LAB"  # stands for the folder of the lab
 _OWN_FOLDER = re.compile(  # $(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
     r"\$\(\s*(?:cd\s+\"?\$\(\s*)?dirname\s+[^()]*(?:BASH_SOURCE|\$0)[^()]*\)"
     r"(?:((?:/[\w.-]+)*)\"?[^()]*\bpwd[^()]*\))?",
@@ -304,7 +305,7 @@ class _Shell:
 
     def set(self, name: str, value: Word | list[Word], node: tree_sitter.Node) -> None:
         if not isinstance(value, list):
-            self.all.steps.append(Assignment(name, value, self.place(node), self.remote))
+            self.all.steps.append(Assignment(name, _in_folder(value), self.place(node), self.remote))
         before = self.variables.get(name)
         if not self.certain and before is not None and before != value:
             value = Unknown(f"{name}, which a branch sets")
@@ -436,7 +437,7 @@ class _Shell:
         inside = node.named_children
         if self.remote is None and (match := _OWN_FOLDER.fullmatch(_text(node))):
             folder = posixpath.join(posixpath.dirname(self.path), f".{match[1] or ''}")
-            return [posixpath.join("$LAB", posixpath.normpath(folder))]
+            return [posixpath.join(_LAB, posixpath.normpath(folder))]
         if len(inside) == 1 and inside[0].type == "command":
             name, *words = self.command_words(inside[0])
             numbers = [self.number(one) if isinstance(one, str) else None for one in words]
@@ -473,7 +474,7 @@ class _Shell:
                 name, value = self.assigned(child)
                 environment[name] = value
                 if not isinstance(value, list):
-                    self.all.steps.append(Assignment(name, value, self.place(child), self.remote))
+                    self.all.steps.append(Assignment(name, _in_folder(value), self.place(child), self.remote))
         flat = {name: one for name, one in environment.items() if not isinstance(one, list)}
         last = node.named_children[-1] if node.named_children else node
         self.words_run(tuple(self.command_words(node)), flat, node, self.line + last.start_point.row)
@@ -636,6 +637,11 @@ _WORDS: Mapping[str, Callable[[_Shell, tree_sitter.Node], list[Word]]] = {
     "command_substitution": _Shell.substituted,
     "arithmetic_expansion": _Shell.computed,
 }
+
+
+def _in_folder(value: Word) -> Word:
+    """A value with paths from the folder of the lab, not from the script."""
+    return value.replace(f"{_LAB}/", "") if isinstance(value, str) else value
 
 
 def _text(node: tree_sitter.Node) -> str:

@@ -40,7 +40,7 @@ class Component:
 
 
 def started(value: Any) -> list[Action] | None:
-    """Returns the actions of a value, which may be within lists and descriptions; None if it has anything else."""
+    """Returns the actions of a value, also within lists and descriptions; None if it has anything else."""
     waiting, found = [value], list[Action]()
     for _ in range(LARGEST):
         if not waiting:

@@ -136,3 +136,14 @@ def test_odd_files_are_drafted_or_refused(services: object, more: object) -> Non
     text = yaml.safe_dump({"services": services, "volumes": more})
     with tempfile.TemporaryDirectory() as folder, suppress(DraftError):
         draft(lab(Path(folder), {"compose.yaml": text, ".env": "A=1\n"}))
+
+
+def test_a_variable_that_the_swarm_has_otherwise_stays(tmp_path: Path) -> None:
+    service = "services:\n  {0}: {{image: ros, command: ros2 run p e, environment: [ROS_DOMAIN_ID={1}]}}\n"
+    files = {"a/compose.yaml": service.format("one", 4), "b/compose.yaml": service.format("two", 5)}
+    made = draft(lab(tmp_path, files))
+    found = data(made)
+    assert found["ros"]["domain"] == 4
+    assert "environment" not in found["programs"]["one"]
+    assert found["programs"]["two"]["environment"] == {"ROS_DOMAIN_ID": "5"}
+    assert "#   b/compose.yaml:2: ROS_DOMAIN_ID has another value than in a/compose.yaml:2" in made.text

@@ -496,4 +496,59 @@ def test_the_readme_may_name_the_distribution(tmp_path: Path) -> None:
         "start.sh": "ros2 run p e\necho /opt/ros/jazzy/\n",
     }
     made = draft(lab(tmp_path, files))
-    assert "ros: {distro: humble}  # guess: README.md is about it; check" in made.text
+    assert "ros: {distro: humble}  # guess: README.md is about Humble; check" in made.text
+
+
+def test_what_a_simulation_starts_is_a_guess(tmp_path: Path) -> None:
+    node = '<launch><node pkg="p" exec="{0}" name="{0}"/></launch>'
+    include = '<launch><include file="$(find-pkg-share gz)/launch/gz.launch.py"/></launch>'
+    files = {
+        "launch/real.launch.xml": node.format("real"),
+        "sim/launch/start.launch.xml": node.format("twin"),
+    }
+    made = draft(lab(tmp_path / "both", {**files, "launch/sim.launch.xml": include}))
+    why = "guess: it is of a simulation, by the name of the file that starts it"
+    for line in (
+        "  real:  # from launch/real.launch.xml:1\n",
+        f"  twin:  # {why} (sim/launch/start.launch.xml:1); check",
+        f"  gz:  # {why} (launch/sim.launch.xml:1); check",
+    ):
+        assert line in made.text
+    assert why not in draft(lab(tmp_path / "alone", {"launch/sim.launch.xml": include})).text
+
+
+def test_known_words_of_arguments_are_kept(tmp_path: Path) -> None:
+    words = "'-x', '0.5', '--model', EnvironmentVariable('MODEL')"
+    made = draft(
+        lab(
+            tmp_path,
+            {"a.launch.py": launch(f"Node(package='p', executable='e', name='node', arguments=[{words}])")},
+        )
+    )
+    shown = 'args: ["-x", "0.5", "--model", "..."]'
+    assert f"    # {shown}  # fill in: a.launch.py:2: `args` depends on $(env MODEL)\n" in made.text
+
+
+def test_a_reason_is_that_of_what_starts_it(tmp_path: Path) -> None:
+    """One launch file gives the argument, and another one does not."""
+    node = '<node pkg="p" exec="e" name="node" namespace="$(var robot)"/>'
+    include = '<include file="$(dirname)/inner.launch.xml">'
+    files = {
+        "inner.launch.xml": f'<launch><arg name="robot"/>{node}</launch>',
+        "a.launch.xml": f"<launch>{include}</include></launch>",
+        "b.launch.xml": f'<launch>{include}<arg name="robot" value="tb"/></include></launch>',
+    }
+    made = draft(lab(tmp_path, files))
+    assert [one.get("namespace") for one in data(made)["programs"].values()] == [None, "tb"]
+    assert made.text.count("`namespace` depends on the argument `robot`") == 1
+
+
+def test_a_variable_of_a_script_that_runs_other_programs_is_a_guess(tmp_path: Path) -> None:
+    files = {"start.sh": "ros2 run p e\n", "check.sh": "export ROS_DOMAIN_ID=4\ndocker run image\n"}
+    made = draft(lab(tmp_path, files))
+    assert (
+        "domain: 4}  # guess: no file names the distribution; domain: check.sh sets it for what it runs"
+        in made.text
+    )
+    files["check.sh"] = "export ROS_DOMAIN_ID=4\n"
+    assert "check.sh sets it" not in draft(lab(tmp_path, files)).text
