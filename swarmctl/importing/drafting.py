@@ -34,7 +34,7 @@ from swarmctl.importing.lab_scripts import Ros, ros_of
 from swarmctl.importing.ros1_lab import draft_from_launch
 from swarmctl.importing.ros2_lab import draft_from_ros_2, is_ros_2_launch
 from swarmctl.importing.script_text import is_image
-from swarmctl.importing.tmux_sessions import is_session
+from swarmctl.importing.tmux_sessions import is_session, without_erb
 from swarmctl.linter.runner import check_files
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages.launch_files import Place
@@ -192,7 +192,7 @@ def _kind(path: str, folder: LabFolder) -> Kind | None:
     if path.endswith(".xml"):
         return Kind.ROS_2 if rmw_of(text) else None
     if path.endswith(YAML):
-        root, problem = compose(text, path, LoadBudget())
+        root, problem = compose(without_erb(text), path, LoadBudget())
         if problem is not None:  # its message might show a secret
             line = problem.span.line if problem.span else 0
             folder.unread.append(f"{Place(path, line)}: it is not one valid document of YAML")

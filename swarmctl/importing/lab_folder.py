@@ -14,7 +14,7 @@ from swarmctl.diagnostics import Diagnostic
 from swarmctl.importing.draft import Value
 from swarmctl.importing.script_text import UNIT, is_image, script_text
 from swarmctl.importing.shell_script import Script, read_script
-from swarmctl.importing.tmux_sessions import is_session, script_of_session
+from swarmctl.importing.tmux_sessions import is_session, script_of_session, without_erb
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.package import NO_PACKAGES, Packages
@@ -59,8 +59,8 @@ class LabFolder:
         texts = {path: script_text(path, text) for path, text in self.texts.items() if _is_script(path)}
         for path, text in self.texts.items():
             if path.endswith(YAML) and _SESSION.search(text):
-                root, _ = compose(text, path, LoadBudget())
-                texts |= {path: script_of_session(root, text.count("\n"))} if is_session(root) else {}
+                root, _ = compose(without_erb(text), path, LoadBudget())
+                texts |= {path: script_of_session(root, text)} if is_session(root) else {}
         read = {path: read_script(path, texts) for path in self.candidates() if path in texts}
         run = {other for one in read.values() for other in one.others}
         return {path: one for path, one in read.items() if path not in run}

@@ -204,9 +204,12 @@ class _Reader:
         arguments: dict[str, str | None] = {}
         names: list[str] = []
         for word in rest:
-            text = word if isinstance(word, str) else ""
+            text = word.before if isinstance(word, Unknown) else word
             match = _ARGUMENT.fullmatch(text)
-            if match:
+            if match and isinstance(word, Unknown):
+                arguments[match[1]] = None
+                self.here.launched.unknown[self.place, f"argument {match[1]}"] = word.why
+            elif match:
                 arguments[match[1]] = match[2]
             elif isinstance(word, Unknown):
                 self.not_read("")

@@ -171,7 +171,7 @@ class _Shell:
             self.all.is_whole = False
             return
         self.all.left -= len(text) // 64
-        text = _TEMPLATE.sub(lambda one: "$TEMPLATE" if one[0].startswith("{{") else "", text)
+        text = _TEMPLATE.sub(lambda one: "${TEMPLATE}" if one[0].startswith("{{") else "", text)
         self.node(_parser().parse(text.encode("utf-8", "replace")).root_node)
 
     def inner(self, **changes: object) -> _Shell:
@@ -358,7 +358,7 @@ class _Shell:
         for child in node.children:
             part = _text(child) if child.type == "brace_expression" else self.joined(child)
             if isinstance(part, Unknown):
-                return [part]
+                return [_behind("".join(parts), part)]
             parts.append(part)
         is_quoted = any(one.type in ("string", "raw_string") for one in node.children)
         return ["".join(parts)] if is_quoted else braced("".join(parts))
@@ -383,7 +383,7 @@ class _Shell:
                 continue
             value = self.joined(child)
             if isinstance(value, Unknown):
-                return [value]
+                return [_behind("".join(parts), value)]
             parts.append(value)
         parts.append(_unescaped(content[at - node.start_byte : -1]))
         return ["".join(parts)]
@@ -637,6 +637,10 @@ _WORDS: Mapping[str, Callable[[_Shell, tree_sitter.Node], list[Word]]] = {
     "command_substitution": _Shell.substituted,
     "arithmetic_expansion": _Shell.computed,
 }
+
+
+def _behind(text: str, value: Unknown) -> Unknown:
+    return replace(value, before=text + value.before)
 
 
 def _in_folder(value: Word) -> Word:

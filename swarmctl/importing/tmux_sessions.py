@@ -5,6 +5,7 @@ Source: tmuxp.git-pull.com, "Configuration"; github.com/tmuxinator/tmuxinator, R
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterator
 
@@ -12,22 +13,35 @@ import yaml
 
 from swarmctl.yamltext.compose import pairs_of
 
+_VALUE, _CODE = re.compile("<%=.*?%>", re.DOTALL), re.compile("<%.*?%>", re.DOTALL)
+_CONTROL = re.compile(r"<%-?\s*(?:(if|unless|else|elsif|end)\b[^\n]*?|[^\n%]*\bdo\b[^\n%]*)%>")
+_TOP = {"session_name", "name", "project_name", "root", "startup_window"}
 _BEFORE = ("shell_command_before", "pre_window", "pre_tab", "pre")
+
+
+def without_erb(text: str) -> str:
+    """Returns the text of a session without the Ruby that tmuxinator runs in it; its values are not known."""
+    text = _VALUE.sub("${TEMPLATE}", text)
+    return _CODE.sub(lambda one: "\n" * one[0].count("\n"), text)
 
 
 def is_session(root: yaml.Node | None) -> bool:
     """Returns True if the top of a YAML file is that of a session."""
     keys = pairs_of(root)
     windows = keys.get("windows", (None, None))[1]
-    return isinstance(windows, yaml.SequenceNode) and bool(keys.keys() & {"session_name", "name"})
+    return isinstance(windows, yaml.SequenceNode) and bool(keys.keys() & _TOP)
 
 
-def script_of_session(root: yaml.Node | None, count: int) -> str:
+def script_of_session(root: yaml.Node | None, text: str) -> str:
     """Returns a shell script that types each command of a session, in the line that it has in the file.
 
-    ``count`` is the number of lines of the file.
+    ``text`` is that of the file: what Ruby decides is a branch.
     """
-    lines = [""] * (count + 1)
+    lines = [""] * (text.count("\n") + 1)
+    for match in _CONTROL.finditer(text):
+        word = match[1] or "if"
+        branch = {"end": "fi", "else": "else", "elsif": "else"}.get(word, "if ${TEMPLATE}; then :")
+        lines[text.count("\n", 0, match.start())] = branch
     for name, (at, value) in pairs_of(_value(root, "environment")).items():
         if isinstance(value, yaml.ScalarNode):
             lines[at.start_mark.line] = f"export {name}={shlex.quote(value.value)}"
@@ -39,9 +53,9 @@ def script_of_session(root: yaml.Node | None, count: int) -> str:
         for which, pane in enumerate(_items(panes)):
             _, content = _window(pane)
             given = [*_texts(_value(content, "shell_command") or content)]
-            typed = [*((text, given[0][1]) for text in first if given), *given]
-            for text, line in typed:
-                keys = f"tmux send-keys -t {name or number}.{which} {shlex.quote(text)} Enter"
+            typed = [*((one, given[0][1]) for one in first if given), *given]
+            for command, line in typed:
+                keys = f"tmux send-keys -t {name or number}.{which} {shlex.quote(command)} Enter"
                 lines[line] = f"{lines[line]}; {keys}" if lines[line] else keys
     return "\n".join(lines)
 

@@ -42,6 +42,7 @@ class Unknown:
 
     why: str
     line: int = field(default=0, compare=False)
+    before: str = field(default="", compare=False)  # what of a text is known in front of it
 
 
 @dataclass(frozen=True)

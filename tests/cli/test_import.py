@@ -58,7 +58,7 @@ INVENTORY = "[pis]\nk3 ansible_host=10.0.0.1\n"
         ({}, ["."], "`.` has nothing that can be imported"),
         ({}, ["absent"], "there is no file or folder `absent`"),
         ({"notes.txt": "x"}, ["."], "`.` has nothing that can be imported"),
-        ({"hosts.yml": "all:\n  - x: y: z\n"}, ["."], "hosts.yml:2: it is not valid YAML"),
+        ({"hosts.yml": "all:\n  - x: y: z\n"}, ["."], "hosts.yml:2: it is not one valid document of YAML"),
         ({"a.ini": INVENTORY, "b/hosts": INVENTORY}, ["."], "swarmctl import a.ini"),
         ({"a.ini": INVENTORY, "r.yaml": CLEARPATH}, ["."], "swarmctl import . --from ansible"),
         ({"a.ini": INVENTORY}, [".", "--from", "launch"], "swarmctl import . --from ansible"),

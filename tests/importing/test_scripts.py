@@ -338,3 +338,38 @@ def test_a_python_program_that_starts_others_is_named(tmp_path: Path) -> None:
     )
     assert "#   run.py:2: a Python program that has `ssh`; it is not read" in made.text
     assert "node.py" not in made.text
+
+
+ERB = """\
+<%
+if @settings["sim"]
+  kind = 1
+end
+%>
+root: ./
+windows:
+  - drivers:
+      panes:
+        - ros2 launch p always.launch.py namespace:=<%= ns %> rate:=5
+        <%- if sim %>
+        - ros2 run p sim
+        <%- else %>
+        - ros2 run p real
+        <%- end %>
+"""
+
+
+def test_what_ruby_decides_in_a_session_is_to_fill_in(tmp_path: Path) -> None:
+    made = draft(lab(tmp_path, {"session.yml": ERB, "$.sh": "ros2 launch p b.launch.py speed:=$1 rate:=6\n"}))
+    programs = data(made)["programs"]
+    assert {name: one["args"] for name, one in programs.items()} == {
+        "b": {"rate": "6"},
+        "always": {"rate": "5"},
+    }
+    for line in (
+        "#   session.yml:10: `argument namespace` depends on a template\n",
+        "#   $.sh:1: `argument speed` depends on the variable `$1`\n",
+        "# sim: {host: robot-pc, package: p, executable: sim}  # fill in: session.yml:12: whether it",
+        "# real: {host: robot-pc, package: p, executable: real}  # fill in: session.yml:14: whether it",
+    ):
+        assert line in made.text
