@@ -38,7 +38,7 @@ _GENERAL = {"setup", "env", "environment", "ros", "bashrc", "ros-env", "ros-setu
 _OF_SCRIPTS = re.compile(r"[-_](env|environment|setup|ros|bashrc)$")  # k3_env.sh
 _OF_NODES = re.compile(r"(_(driver|node|base|robot))+$")
 _NAMESPACES = ("namespace", "robot_namespace")  # arguments of launch files
-_OF_SIMULATION = re.compile(r"(^|[/_.-])(sim|simulation|simulated|gazebo|gz)([/_.-]|$)")
+_OF_SIMULATION = re.compile(r"(^|[/_.-])(sim|simulation|simulated|gazebo|gz|old|legacy|deprecated)([/_.-]|$)")
 _OF_LAUNCH = re.compile(r"[-_]launch$")
 MULTIMASTERS = {
     node.package: packages for packages, one in FAMILIES.items() for node in (one.discovery, one.sync)
@@ -403,7 +403,7 @@ class Lab:
     def _of_simulation(self, starters: Sequence[str]) -> str:
         """Why a program is only guessed; empty if a file that is no simulation starts it."""
         is_simulated = starters[0] in self.simulations
-        return "it is of a simulation, by the name of the file that starts it" if is_simulated else ""
+        return "it is of a simulation, or an old one, by the name of what starts it" if is_simulated else ""
 
     def _where(self, namespace: str, host: Value, place: Place) -> dict[str, Value]:
         """The robot whose namespace this is, and the host, unless it is that of the robot."""

@@ -35,10 +35,13 @@ _OF_DDS = re.compile("dds|rtps|cyclone|profile|discovery|peer|shm", re.IGNORECAS
 _SESSION = re.compile(r"^windows\s*:", re.MULTILINE)
 _EXAMPLE = re.compile(r"(^|[._-])(example|sample|template|dist)([._-]|$)", re.IGNORECASE)
 _RUNS = re.compile(r"\b(subprocess|os\.system|paramiko|fabric|pexpect)\b")
-_STARTS = re.compile(r"\b(paramiko|fabric|pexpect|ssh|ros2 (?:launch|run)|roslaunch|rosrun|ROS_DOMAIN_ID)\b")
+_STARTS = re.compile(
+    r"\b(?!127|0)(?:\d{1,3}\.){3}\d{1,3}\b"
+    r"|\b(paramiko|fabric|pexpect|ssh|ros2 (?:launch|run)|roslaunch|rosrun|ROS_DOMAIN_ID)\b"
+)
 _MAX_FILE = 256 << 10
 _MAX_FOLDERS = 500
-_MAX_DEPTH = 6
+_MAX_DEPTH = 12
 _MOST_OF_COMPOSE = 20  # files of variables
 _ANY = ("",)  # every name ends with it
 

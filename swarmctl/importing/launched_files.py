@@ -222,10 +222,12 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
     """Yields what of launch files a draft does not have."""
     sections: dict[tuple[str, str], bool] = {}
     for one in launched.values():
-        sections.update({key: sections.get(key) or is_used for key, is_used in one.sections.items()})
+        for (file, key), is_used in one.sections.items():
+            section = posixpath.normpath(file), key
+            sections[section] = sections.get(section, False) or is_used
     for (file, key), is_used in sections.items():
         if not is_used:
-            yield f"{posixpath.normpath(file)}: its parameters of {key}: no node here has that name"
+            yield f"{file}: its parameters of {key}: no node here has that name"
     started = {normal(one.place) for each in launched.values() for one in each.nodes if one.certain}
     started |= {normal(one.place) for each in launched.values() for one in each.includes if one.certain}
     for path, one in launched.items():

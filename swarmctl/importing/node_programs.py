@@ -29,7 +29,7 @@ def program_fields(node: Node) -> dict[str, Value]:
             if node.package
             else {"command": [escaped(node.executable or ""), *words]}
         ),
-        "params": {one.name: _typed(one) for one in node.parameters if not why_left_out(one)},
+        "params": {one.name: _typed(one) for one in _parameters(node)},
         "remap": dict(node.remaps),
         "environment": {
             one.name: escaped(one.value or "") for one in node.environment if not why_left_out(one)
@@ -45,13 +45,19 @@ def component_fields(node: Node, namespace: str) -> dict[str, Value]:
     words += ["--node-namespace", f"/{namespace}"] if namespace else []
     for old, new in node.remaps:
         words += ["-r", f"{old}:={new}"]
-    for one in node.parameters:
+    for one in _parameters(node):
         text = one.value or ""
         is_other = one.type == "str" and not isinstance(_read(text), str)  # YAML reads a number, say
-        words += [] if why_left_out(one) else ["-p", f"{one.name}:={json.dumps(text) if is_other else text}"]
+        words += ["-p", f"{one.name}:={json.dumps(text) if is_other else text}"]
     fields = {"command": Value([escaped(one) for one in words], node.place)}
     kept = {one.name: escaped(one.value or "") for one in node.environment if not why_left_out(one)}
     return fields | ({"environment": Value(kept, node.place)} if kept else {})
+
+
+def _parameters(node: Node) -> Sequence[Setting]:
+    """The last one of each name, if it is not left out."""
+    last = {one.name: one for one in node.parameters}
+    return [one for one in last.values() if not why_left_out(one)]
 
 
 def _read(text: str) -> Any:

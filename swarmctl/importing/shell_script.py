@@ -43,6 +43,7 @@ _OWN_FOLDER = re.compile(  # $(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
     r"(?:((?:/[\w.-]+)*)\"?[^()]*\bpwd[^()]*\))?",
     re.DOTALL,
 )
+_LENGTH = re.compile(r"\$\{#(\w+)\[[@*]\]\}")
 _ESCAPED = re.compile(r"\\(\n|.)", re.DOTALL)
 _ARITHMETIC = re.compile(r"\s*(\w+)\s*(?:([-+*])\s*(\w+)\s*)?")
 _SSH_VALUES = "BbcDEeFIiJLlmOopQRSWw"
@@ -213,6 +214,12 @@ class _Shell:
         for child in node.named_children:
             self.node(child)
         self.certain = certain
+
+    def while_loop(self, node: tree_sitter.Node) -> None:
+        """A loop, unless it reads the options of the script: without any its values are the defaults."""
+        test = node.child_by_field_name("condition")
+        if test is None or not re.search(r"\$#|\$1\b|getopts", _text(test)):
+            self.branch(node)
 
     def function(self, node: tree_sitter.Node) -> None:
         name, body = node.child_by_field_name("name"), node.child_by_field_name("body")
@@ -394,6 +401,9 @@ class _Shell:
         if node.type == "simple_expansion":
             return self.value(text[1:], text)
         match = _VALUE.fullmatch(text)
+        counted = _LENGTH.fullmatch(text)
+        if counted and isinstance(items := self.variables.get(counted[1]), list):
+            return str(len(items))
         if match is None:
             return Unknown(f"`{text[:60]}`")
         name, index, operator = match.groups()
@@ -405,7 +415,7 @@ class _Shell:
             return Unknown(f"`{text}`")
         if index in "@*":
             return values
-        at = self.number(index.lstrip("$"))
+        at = self.arithmetic(index.removeprefix("$((").removesuffix("))"))
         return values[at] if at is not None and -len(values) <= at < len(values) else Unknown(f"`{text}`")
 
     def value(self, name: str, text: str) -> Word | list[Word]:
@@ -624,7 +634,7 @@ _STATEMENTS: Mapping[str, Callable[[_Shell, tree_sitter.Node], None]] = {
     "command": _Shell.command, "declaration_command": _Shell.declaration, "unset_command": _Shell.unset,
     "variable_assignment": _Shell.assignment, "function_definition": _Shell.function,
     "for_statement": _Shell.loop, "c_style_for_statement": _Shell.counted_loop, "subshell": _Shell.subshell,
-    "if_statement": _Shell.branch, "case_statement": _Shell.branch, "while_statement": _Shell.branch,
+    "if_statement": _Shell.branch, "case_statement": _Shell.branch, "while_statement": _Shell.while_loop,
     "redirected_statement": _Shell.redirected,
 }  # fmt: skip
 

@@ -47,7 +47,7 @@ def _depends(key: str, why: str) -> str:
 
 
 _SECRET = re.compile(
-    r"(?<!com)(?<!by)pass(?![a-z])|passwd|password|passphrase|pwd|secret|token|credential|vault|psk"
+    r"(?<!com)(?<!by)(?<!low)(?<!low_)(?<!high)(?<!high_)(?<!band)(?<!band_)pass(?![a-z])|passwd|password|passphrase|pwd|secret|token|credential|vault|psk"
     r"|(?<![a-z])(key|pin|auth)(?![a-z])|(api|access|private|auth)_?key|(?-i:[a-z]Key)",
     re.I,
 )
@@ -63,6 +63,8 @@ def quotes_secret(text: str) -> bool:
 
 def is_secret(name: str, value: str) -> bool:
     """Returns True if a variable of this name, or with this value, may hold a secret."""
+    if value.lower() in ("true", "false"):
+        return False
     return bool(
         _SECRET.search(name) or _IN_ADDRESS.search(_MAVLINK.sub("", value)) or "PRIVATE KEY-----" in value
     )

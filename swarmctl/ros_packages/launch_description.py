@@ -24,6 +24,7 @@ from swarmctl.ros_packages.package import Package
 from swarmctl.ros_packages.parameters import reads_section
 
 _MAX_INCLUDES = 16  # nested
+_MOST_MERGED = 4  # mappings within each other: namespaces, node, ros__parameters
 _LONGEST = 500  # characters of a value
 _LONGEST_LIST = 4000  # characters of a list as text
 _SHARE = re.compile(r"\$\(find-pkg-share ([A-Za-z0-9_-]+)\)/+([^$]+)")
@@ -121,6 +122,28 @@ class NotReadError(ValueError):
     def __init__(self, message: str, line: int) -> None:
         super().__init__(message)
         self.line = line
+
+
+class _Merging(yaml.SafeLoader):
+    """Reads YAML as rcl does: a key that a mapping has again adds to what it had."""
+
+
+def _merged(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict[Any, Any]:
+    loader.flatten_mapping(node)
+    found: dict[Any, Any] = {}
+    for key, value in node.value:
+        name, one = loader.construct_object(key, deep=True), loader.construct_object(value, deep=True)
+        found[name] = _both(found.get(name), one)
+    return found
+
+
+def _both(old: Any, new: Any, depth: int = 0) -> Any:
+    if not (isinstance(old, dict) and isinstance(new, dict)) or depth > _MOST_MERGED:
+        return new
+    return {**old, **{key: _both(old.get(key), one, depth + 1) for key, one in new.items()}}
+
+
+_Merging.add_constructor("tag:yaml.org,2002:map", _merged)
 
 
 @dataclass
@@ -516,24 +539,27 @@ class _Run:
         if found is not None and content is not None:
             place = Place(posixpath.join(found.folder, path), 0)
         else:
-            same = self.called_so(file) if file.startswith(("/", "~")) else {}
+            match = _SHARE.fullmatch(file)
+            end = f"/{match[1]}/{path}" if match else f"/{posixpath.basename(file)}"
+            same = self.files_at(end) if match or file.startswith(("/", "~")) else {}
             if len(same) != 1:
                 return None, None
             place, content = next(iter(same.items()))
         if place not in self.parsed:
             try:
-                self.parsed[place] = yaml.safe_load(content)
-            except (yaml.YAMLError, ValueError, RecursionError):
+                self.parsed[place] = yaml.load(content, Loader=_Merging)
+            except (yaml.YAMLError, ValueError, TypeError, RecursionError):
                 self.parsed[place] = None
         return place, self.parsed[place]
 
-    def called_so(self, file: str) -> Mapping[Place, bytes]:
-        """The files that are called like one of a computer's."""
+    def files_at(self, end: str) -> Mapping[Place, bytes]:
+        """The files whose path ends so."""
         found: dict[Place, bytes] = {}
         for package in self.packages.values():
             for path, content in package.contents.items():
-                if posixpath.basename(path) == posixpath.basename(file):
-                    found[Place(posixpath.normpath(posixpath.join(package.folder, path)), 0)] = content
+                whole = posixpath.normpath(posixpath.join(package.folder, path))
+                if f"/{whole}".endswith(end):
+                    found[Place(whole, 0)] = content
         return found
 
     def code_reads(self, scope: _Scope, file: Any) -> Any:
@@ -652,6 +678,7 @@ class _Run:
         self.components(scope, action)
 
     def load(self, scope: _Scope, action: Action) -> None:
+        self.text(scope, action.arguments.get("target_container", action.arguments.get("target")))
         self.not_read(scope, action.line, "its container: each component runs on its own")
         self.components(scope, action)
 

@@ -507,7 +507,7 @@ def test_what_a_simulation_starts_is_a_guess(tmp_path: Path) -> None:
         "sim/launch/start.launch.xml": node.format("twin"),
     }
     made = draft(lab(tmp_path / "both", {**files, "launch/sim.launch.xml": include}))
-    why = "guess: it is of a simulation, by the name of the file that starts it"
+    why = "guess: it is of a simulation, or an old one, by the name of what starts it"
     for line in (
         "  real:  # from launch/real.launch.xml:1\n",
         f"  twin:  # {why} (sim/launch/start.launch.xml:1); check",
@@ -552,3 +552,27 @@ def test_a_variable_of_a_script_that_runs_other_programs_is_a_guess(tmp_path: Pa
     )
     files["check.sh"] = "export ROS_DOMAIN_ID=4\n"
     assert "check.sh sets it" not in draft(lab(tmp_path, files)).text
+
+
+def test_a_key_that_a_parameter_file_has_twice_adds_to_it(tmp_path: Path) -> None:
+    """As in rcl: not the last one alone, as in Python."""
+    file = "/**:\n  a: {ros__parameters: {x: 1}}\n/**:\n  b: {ros__parameters: {x: 2}}\n"
+    nodes = [f"Node(package='p', executable='e', name='{name}', parameters=['p.yaml'])" for name in "ab"]
+    made = draft(lab(tmp_path, {"a.launch.py": launch(*nodes), "p.yaml": file}))
+    assert [one["params"] for one in data(made)["programs"].values()] == [{"x": 1}, {"x": 2}]
+
+
+def test_a_switch_is_no_secret(tmp_path: Path) -> None:
+    params = "{'low_pass_filter': 0.5, 'use_password': 'true', 'password': 'hunter2'}"
+    node = f"Node(package='p', executable='e', name='node', parameters=[{params}])"
+    made = draft(lab(tmp_path, {"a.launch.py": launch(node)}))
+    assert data(made)["programs"]["node"]["params"] == {"low_pass_filter": 0.5, "use_password": "true"}
+
+
+def test_what_replaces_a_value_and_is_not_known_leaves_none(tmp_path: Path) -> None:
+    params = "'p.yaml', {'map': EnvironmentVariable('MAP')}"
+    files = {
+        "a.launch.py": launch(f"Node(package='p', executable='e', name='node', parameters=[{params}])"),
+        "p.yaml": "node: {ros__parameters: {map: old.yaml, rate: 5}}\n",
+    }
+    assert data(draft(lab(tmp_path, files)))["programs"]["node"]["params"] == {"rate": 5}

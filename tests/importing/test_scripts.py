@@ -373,3 +373,25 @@ def test_what_ruby_decides_in_a_session_is_to_fill_in(tmp_path: Path) -> None:
         "# real: {host: robot-pc, package: p, executable: real}  # fill in: session.yml:14: whether it",
     ):
         assert line in made.text
+
+
+OPTIONS = """\
+ROBOTS=("10.0.0.1" "10.0.0.2")
+while [[ $# -gt 0 ]]; do
+  case $1 in
+    -r) ROBOTS=(); shift; while [[ $# -gt 0 ]]; do ROBOTS+=("$1"); shift; done;;
+  esac
+done
+for i in $(seq 1 ${#ROBOTS[@]}); do
+  ssh me@${ROBOTS[$((i-1))]} "ros2 run p robot_$i"
+done
+"""
+
+
+def test_a_script_without_options_has_its_defaults(tmp_path: Path) -> None:
+    found = data(draft(lab(tmp_path, {"start.sh": OPTIONS})))
+    assert [(one["address"], one["user"]) for one in found["hosts"].values()] == [
+        ("10.0.0.1", "me"),
+        ("10.0.0.2", "me"),
+    ]
+    assert [one["executable"] for one in found["programs"].values()] == ["robot_1", "robot_2"]
