@@ -40,6 +40,7 @@ class Service:
     command: list[str] = field(default_factory=list)
     devices: list[str] = field(default_factory=list)
     volumes: list[str] = field(default_factory=list)
+    files: dict[str, str] = field(default_factory=dict)  # of the folder, by their names in the container
     is_privileged: bool = False
     environment: dict[str, Setting] = field(default_factory=dict)
     unread: list[str] = field(default_factory=list)
@@ -48,10 +49,20 @@ class Service:
     @property
     def container(self) -> Mapping[str, Any]:
         """The key `container` of its program, whose image a spec has by its digest."""
-        values = {"command": self.command, "devices": self.devices, "volumes": self.volumes}
+        values = {
+            "command": [*map(self._with_files, self.command)],
+            "devices": self.devices,
+            "volumes": self.volumes,
+        }
         pinned = f"{self.image or self.name}@sha256:..."
         privileged = {"privileged": True} if self.is_privileged else {}
         return {"image": pinned, **{key: one for key, one in values.items() if one}, **privileged}
+
+    def _with_files(self, word: str) -> str:
+        """A word in which the files that a spec delivers have their paths there."""
+        for there, path in self.files.items():
+            word = word.replace(there, f"{{files}}/{posixpath.basename(path)}")
+        return word
 
     @property
     def variables(self) -> Mapping[str, Value]:
@@ -171,8 +182,12 @@ class _Reader:
     def volumes(self, service: Service, at: yaml.Node, value: yaml.Node) -> None:
         for one in _items(value):
             parts = [*self.texts(one, service)] if isinstance(one, yaml.ScalarNode) else []
+            here, _, there = parts[0].partition(":") if parts else ("", "", "")
+            beside = posixpath.normpath(posixpath.join(posixpath.dirname(self.path), here))
             if parts and re.match(r"/[^:]*:/", parts[0]):
                 service.volumes.append(parts[0])
+            elif here.startswith(".") and beside in self.folder.texts:
+                service.files[re.sub(":r[ow]$", "", there)] = beside
             else:
                 shown = f"{parts[0]} " if parts else ""
                 why = "is no folder of the host that its path names from /"

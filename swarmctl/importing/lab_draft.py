@@ -203,6 +203,10 @@ class Lab:
             if any(is_secret(one.partition("=")[0], one) for one in service.command):
                 service.command = []
                 self.draft.unread.append(f"{service.place}: its command may have a secret")
+            if service.files:
+                delivered = {posixpath.basename(one): one for one in service.files.values()}
+                fields["files"] = Value(delivered, service.place)
+                self.draft.files |= {*service.files.values()}
             fields["container"] = Value(service.container, service.place, fill_in=why)
             kept = {}
             for one in service.environment.values():

@@ -184,7 +184,7 @@ class _Reader:
                 self.not_read("is no launch file and no node")
 
     def is_of_ros(self, program: str) -> bool:
-        return program == "ssh" or any(
+        return program in ("ssh", "python", "python3") or any(
             one in text.split()
             for one in _PROGRAMS_1 | _PROGRAMS_2
             for text in self.words

@@ -227,7 +227,7 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
             sections[section] = sections.get(section, False) or is_used
     for (file, key), is_used in sections.items():
         if not is_used:
-            yield f"{file}: its parameters of {key}: no node here has that name"
+            yield f"{file}: its parameters of {key}: no node that gets this file has that name"
     started = {normal(one.place) for each in launched.values() for one in each.nodes if one.certain}
     started |= {normal(one.place) for each in launched.values() for one in each.includes if one.certain}
     for path, one in launched.items():

@@ -486,8 +486,9 @@ class _Shell:
                 if not isinstance(value, list):
                     self.all.steps.append(Assignment(name, _in_folder(value), self.place(child), self.remote))
         flat = {name: one for name, one in environment.items() if not isinstance(one, list)}
-        last = node.named_children[-1] if node.named_children else node
-        self.words_run(tuple(self.command_words(node)), flat, node, self.line + last.start_point.row)
+        words = node.named_children or [node]
+        text = next((one for one in words if one.end_point.row > one.start_point.row), words[-1])
+        self.words_run(tuple(self.command_words(node)), flat, node, self.line + text.start_point.row)
 
     def words_run(
         self, words: tuple[Word, ...], environment: dict[str, Word], node: tree_sitter.Node, line: int

@@ -147,3 +147,20 @@ def test_a_variable_that_the_swarm_has_otherwise_stays(tmp_path: Path) -> None:
     assert "environment" not in found["programs"]["one"]
     assert found["programs"]["two"]["environment"] == {"ROS_DOMAIN_ID": "5"}
     assert "#   b/compose.yaml:2: ROS_DOMAIN_ID has another value than in a/compose.yaml:2" in made.text
+
+
+def test_a_file_of_the_folder_is_delivered_to_its_container(tmp_path: Path) -> None:
+    compose = """\
+services:
+  nav:
+    image: ros
+    volumes: [./config/nav2.yaml:/params.yaml:ro, ./maps:/maps]
+    command: ros2 launch nav2_bringup navigation_launch.py params_file:=/params.yaml
+"""
+    files = {"docker/compose.yaml": compose, "docker/config/nav2.yaml": "a: {ros__parameters: {x: 1}}\n"}
+    made = draft(lab(tmp_path, files))
+    nav = data(made)["programs"]["nav"]
+    assert nav["files"] == {"nav2.yaml": "docker/config/nav2.yaml"}
+    assert '"params_file:={files}/nav2.yaml"' in made.text
+    assert "volume ./maps:/maps of `nav` is no folder" in made.text
+    assert "nav2.yaml: parameter file" not in made.text

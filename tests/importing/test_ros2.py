@@ -249,7 +249,7 @@ def test_components_files_that_nav2_rewrites_and_unknown_namespaces(tmp_path: Pa
         "    # namespace: robot  # fill in: a.launch.py:22: `namespace` depends on $(env ROBOT), by default ",
         "#   a.launch.py:10: a container of components, of which each runs on its own",
         "#   a.launch.py:13: token may be a secret",
-        "#   config/nav.yaml: its parameters of /controller: no node here has that name",
+        "#   config/nav.yaml: its parameters of /controller: no node that gets this file has that name",
     ):
         assert line in made.text
     assert "hunter2" not in made.text

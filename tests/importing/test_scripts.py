@@ -395,3 +395,8 @@ def test_a_script_without_options_has_its_defaults(tmp_path: Path) -> None:
         ("10.0.0.2", "me"),
     ]
     assert [one["executable"] for one in found["programs"].values()] == ["robot_1", "robot_2"]
+
+
+def test_a_remote_text_of_several_words_has_its_lines(tmp_path: Path) -> None:
+    text = 'ssh me@10.0.0.1 """\n  echo "a b"\n  ros2 run p e\n"""\n'
+    assert "(start.sh:3)" in draft(lab(tmp_path, {"start.sh": text})).text
