@@ -132,6 +132,11 @@ class _Reader:
                     self.add_file(file, self.place(at), service)
         for one, (at, value) in pairs.items():
             self.key(service, one, at, value)
+        for there, path in list(service.files.items()):
+            if not any(there in word for word in service.command):
+                del service.files[there]
+                why = f"the file {path} is at {there} in `{name}`, which only its image knows"
+                service.unread.append(f"{service.place}: {why}")
         return service
 
     def key(self, service: Service, name: str, at: yaml.Node, value: yaml.Node) -> None:

@@ -154,7 +154,7 @@ def test_a_file_of_the_folder_is_delivered_to_its_container(tmp_path: Path) -> N
 services:
   nav:
     image: ros
-    volumes: [./config/nav2.yaml:/params.yaml:ro, ./maps:/maps]
+    volumes: [./config/nav2.yaml:/params.yaml:ro, ./config/nav2.yaml:/etc/a.yaml, ./maps:/maps]
     command: ros2 launch nav2_bringup navigation_launch.py params_file:=/params.yaml
 """
     files = {"docker/compose.yaml": compose, "docker/config/nav2.yaml": "a: {ros__parameters: {x: 1}}\n"}
@@ -163,4 +163,5 @@ services:
     assert nav["files"] == {"nav2.yaml": "docker/config/nav2.yaml"}
     assert '"params_file:={files}/nav2.yaml"' in made.text
     assert "volume ./maps:/maps of `nav` is no folder" in made.text
+    assert "config/nav2.yaml is at /etc/a.yaml in `nav`, which only its image knows" in made.text
     assert "nav2.yaml: parameter file" not in made.text
