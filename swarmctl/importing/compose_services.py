@@ -19,6 +19,7 @@ from swarmctl.importing.lab_folder import LabFolder
 from swarmctl.importing.lab_scripts import OF_ROS_1, OF_ROS_2
 from swarmctl.importing.shell_script import Assignment, read_script
 from swarmctl.importing.unknown_values import is_secret
+from swarmctl.robot_types.ros_launchable import escaped
 from swarmctl.ros_packages.launch_files import Place, Setting
 from swarmctl.yamltext.compose import compose, is_null, pairs_of
 from swarmctl.yamltext.files import LoadBudget
@@ -60,6 +61,7 @@ class Service:
 
     def _with_files(self, word: str) -> str:
         """A word in which the files that a spec delivers have their paths there."""
+        word = escaped(word)
         for there, path in self.files.items():
             word = word.replace(there, f"{{files}}/{posixpath.basename(path)}")
         return word
@@ -191,12 +193,17 @@ class _Reader:
             beside = posixpath.normpath(posixpath.join(posixpath.dirname(self.path), here))
             if parts and re.match(r"/[^:]*:/", parts[0]):
                 service.volumes.append(parts[0])
-            elif here.startswith(".") and beside in self.folder.texts:
-                service.files[re.sub(":r[ow]$", "", there)] = beside
+            elif there and here.startswith(".") and self.is_new(service, beside):
+                service.files[there.partition(":")[0]] = beside
             else:
                 shown = f"{parts[0]} " if parts else ""
                 why = "is no folder of the host that its path names from /"
                 service.unread.append(f"{self.place(one)}: the volume {shown}of `{service.name}` {why}")
+
+    def is_new(self, service: Service, path: str) -> bool:
+        """True for a file of the folder whose name no other one that is delivered has."""
+        names = {posixpath.basename(one): one for one in service.files.values()}
+        return path in self.folder.texts and names.get(posixpath.basename(path), path) == path
 
     def environment(self, service: Service, node: yaml.Node) -> None:
         """The variables of a map, or of a list of NAME=VALUE."""
@@ -256,7 +263,8 @@ class _Reader:
             name = unknown[0]
             service.unread.append(f"{place}: a value of `{service.name}` depends on the variable {name}")
         for one in dict.fromkeys(defaults):
-            service.unread.append(f"{place}: {one} of `{service.name}`; here its variable is not set")
+            shown = "a default that may be a secret" if is_secret(one, one) else one
+            service.unread.append(f"{place}: {shown} of `{service.name}`; here its variable is not set")
         return text
 
 

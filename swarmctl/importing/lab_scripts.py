@@ -193,8 +193,16 @@ class _Reader:
 
     def not_read(self, why: str) -> None:
         shown = " ".join(one if isinstance(one, str) else "..." for one in self.words)[:100]
-        unknown = next((f" depends on {one.why}" for one in self.words if isinstance(one, Unknown)), "")
-        secret = any(is_secret(word.partition("=")[0], word) for word in self.words if isinstance(word, str))
+        unknown = next(
+            (
+                f" depends on {'what may be a secret' if is_secret(one.why, one.why) else one.why}"
+                for one in self.words
+                if isinstance(one, Unknown)
+            ),
+            "",
+        )
+        texts = [word if isinstance(word, str) else word.why for word in self.words]
+        secret = any(is_secret(text.partition("=")[0], text) for text in texts)
         what = "a command that may have a secret" if secret else f"`{shown}`"
         self.here.unread[f"{self.place}: {what} {unknown.strip() or why}"] = None
 
@@ -275,7 +283,8 @@ class _Reader:
             self.not_read("")
             self.here.launched.unknown.setdefault((self.place, "args"), own.unknown)
         for why in own.left:
-            self.here.unread[f"{self.place}: {why}"] = None
+            shown = "an argument that may be a secret" if is_secret(why, why) else why
+            self.here.unread[f"{self.place}: {shown}"] = None
         namespace = own.namespace or self.namespace()
         name = own.name or executable
         if not self.command.certain:

@@ -235,7 +235,7 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
             yield f"{path}: it, or all launch files together, are too large"
         yield from _without_effect(one)
         for place, why in one.left_out:
-            shown = "what it runs may have a secret" if quotes_secret(why) else why
+            shown = "what stands here may have a secret" if quotes_secret(why) else why
             if why.startswith(NOT_STARTED) and normal(place) in started:
                 continue  # by another file
             by = re.split(r" on |: ", path)[0]

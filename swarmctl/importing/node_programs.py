@@ -63,7 +63,7 @@ def _parameters(node: Node) -> Sequence[Setting]:
 def _read(text: str) -> Any:
     try:
         return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError):
+    except (yaml.YAMLError, ValueError, LookupError, AttributeError, RecursionError):
         return None
 
 
@@ -119,7 +119,11 @@ def _typed(one: Setting) -> Any:
         items = found if isinstance(found, list) else [found]
         if {type(item) for item in items} == {int, float}:
             items = [float(item) for item in items]
-        is_one = len({type(item) for item in items}) == 1 and isinstance(items[0], (bool, int, float, str))
+        is_one = (
+            bool(items)
+            and len({type(item) for item in items}) == 1
+            and isinstance(items[0], (bool, int, float, str))
+        )
         if not is_one or any(isinstance(item, float) and not math.isfinite(item) for item in items):
             return escaped(text)
         items = [escaped(item) if isinstance(item, str) else item for item in items]

@@ -61,7 +61,7 @@ def _of_image(line: str) -> str:
         return "; ".join((*([f"export {' '.join(of_ros)}"] if of_ros else []), *others))
     try:
         words = json.loads(match[2])
-    except ValueError:
+    except (ValueError, RecursionError):
         return line  # in the form of a shell
     return f"{match[1]} {shlex.join(map(str, words))}" if isinstance(words, list) else line
 

@@ -32,8 +32,9 @@ from swarmctl.importing.command_lines import (
 from swarmctl.ros_packages.launch_description import Unknown
 from swarmctl.ros_packages.launch_files import Place
 
+_LONGEST = 100_000  # characters of a text
 _STEPS = 20_000  # commands and words of a script, with those that it calls
-_TEMPLATE = re.compile(r"\{\{.*?\}\}|(?<!\$)\{[%#].*?[%#]\}")  # of Jinja
+_TEMPLATE = re.compile(r"\{\{[^{]{0,300}?\}\}|(?<!\$)\{[%#][^{]{0,300}?[%#]\}")  # of Jinja
 _NESTED = 100  # statements and words within each other
 _DEPTH = 16  # scripts, functions and remote commands within each other
 _VALUE = re.compile(r"\$\{(\w+)(?:\[([^\]]*)\])?(:?[-=].*)?\}", re.DOTALL)
@@ -307,7 +308,9 @@ class _Shell:
         if value is None:
             return _text(name), ""
         if value.type == "array":
-            return _text(name), [one for child in value.named_children for one in self.words(child)]
+            return _text(name), [one for child in value.named_children for one in self.words(child)][
+                :LONGEST_LIST
+            ]
         return _text(name), self.joined(value)
 
     def set(self, name: str, value: Word | list[Word], node: tree_sitter.Node) -> None:
@@ -393,7 +396,8 @@ class _Shell:
                 return [_behind("".join(parts), value)]
             parts.append(value)
         parts.append(_unescaped(content[at - node.start_byte : -1]))
-        return ["".join(parts)]
+        text = "".join(parts)
+        return [text if len(text) <= _LONGEST else Unknown("a long text")]
 
     def expansion(self, node: tree_sitter.Node) -> Word | list[Word]:
         """The value of `$NAME` or `${NAME}`."""

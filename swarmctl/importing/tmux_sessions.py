@@ -13,9 +13,13 @@ import yaml
 
 from swarmctl.yamltext.compose import pairs_of
 
-_VALUE, _CODE = re.compile("<%=.*?%>", re.DOTALL), re.compile("<%.*?%>", re.DOTALL)
-_CONTROL = re.compile(r"<%-?\s*(?:(if|unless|else|elsif|end)\b[^\n]*?|[^\n%]*\bdo\b[^\n%]*)%>")
+_VALUE, _CODE = re.compile("<%=[^<]{0,300}?%>"), re.compile("<%[^<]{0,3000}?%>")
+_CONTROL = re.compile(
+    r"<%-?[ \t]{0,9}(?:(if|unless|else|elsif|end)\b[^\n<]{0,200}?|[^\n<]{0,200}?\bdo\b[^\n<]{0,50}?)%>"
+)
+_MOST = 2_000  # commands
 _TOP = {"session_name", "name", "project_name", "root", "startup_window"}
+_OF_WINDOWS = {"shell_command", "panes", "cmd", "layout", "root", "window_name", "focus", "options"}
 _BEFORE = ("shell_command_before", "pre_window", "pre_tab", "pre")
 
 
@@ -45,30 +49,30 @@ def script_of_session(root: yaml.Node | None, text: str) -> str:
     for name, (at, value) in pairs_of(_value(root, "environment")).items():
         if isinstance(value, yaml.ScalarNode):
             lines[at.start_mark.line] = f"export {name}={shlex.quote(value.value)}"
-    before = _before(root)
+    before, left = _before(root), _MOST
     for number, window in enumerate(_items(_value(root, "windows"))):
-        name, inside = _window(window)
+        inside = _window(window)
         first = [*before, *_before(inside)]
         panes = _value(inside, "panes") or inside
         for which, pane in enumerate(_items(panes)):
-            _, content = _window(pane)
+            content = _window(pane)
             given = [*_texts(_value(content, "shell_command") or content)]
             typed = [*((one, given[0][1]) for one in first if given), *given]
             for command, line in typed:
-                keys = f"tmux send-keys -t {name or number}.{which} {shlex.quote(command)} Enter"
+                left -= 1
+                if left < 0:
+                    return "\n".join(lines)
+                keys = f"tmux send-keys -t {number}.{which} {shlex.quote(command)} Enter"
                 lines[line] = f"{lines[line]}; {keys}" if lines[line] else keys
     return "\n".join(lines)
 
 
-def _window(node: yaml.Node) -> tuple[str, yaml.Node]:
-    """The name of a window or pane and what it has: that of tmuxinator is the only key."""
+def _window(node: yaml.Node) -> yaml.Node:
+    """What a window or a pane has: that of tmuxinator is below its name, its only key."""
     pairs = pairs_of(node)
-    if "window_name" in pairs:
-        return getattr(pairs["window_name"][1], "value", ""), node
-    if len(pairs) == 1 and not pairs.keys() & {"shell_command", "panes", "cmd"}:
-        name, (_, value) = next(iter(pairs.items()))
-        return name, value
-    return "", node
+    if len(pairs) == 1 and not pairs.keys() & _OF_WINDOWS:
+        return next(iter(pairs.values()))[1]
+    return node
 
 
 def _before(node: yaml.Node | None) -> list[str]:

@@ -97,8 +97,9 @@ def _variable(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
     )
 
 
-def _path(given: Sequence[Any], _named: Mapping[str, Any]) -> Any:
-    parts = given[0] if given and isinstance(given[0], (list, tuple)) else []
+def _path(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
+    parts = argument_of(given, named, 0, "substitutions")
+    parts = parts if isinstance(parts, (list, tuple)) else []
     parts = [Text(tuple(one)) if isinstance(one, (list, tuple)) else one for one in parts]
     return joined(between("/", parts))
 
@@ -148,6 +149,10 @@ def parts_of(value: Any) -> tuple[Any, ...]:
     return tuple(value) if isinstance(value, (list, tuple)) else (value,)
 
 
+def _two(given: Sequence[Any], named: Mapping[str, Any]) -> tuple[Any, Any]:
+    return argument_of(given, named, 0, "left"), argument_of(given, named, 1, "right")
+
+
 def _first(given: Sequence[Any], named: Mapping[str, Any]) -> Any:
     """The value that a wrapper such as ParameterValue has."""
     return given[0] if given else next(iter(named.values()), None)
@@ -169,11 +174,11 @@ SUBSTITUTIONS: Mapping[str, Callable[[Sequence[Any], Mapping[str, Any]], Any]] =
     "ThisLaunchFileDir": lambda _given, _named: FOLDER,
     "Command": lambda given, named: Computed(_printed, parts_of(argument_of(given, named, 0, "command"))),
     "AnonName": lambda _given, _named: Unknown("$(anon)"),
-    "NotSubstitution": lambda given, _named: Computed("not", tuple(given[:1])),
-    "AndSubstitution": lambda given, _named: Computed("and", tuple(given)),
-    "OrSubstitution": lambda given, _named: Computed("or", tuple(given)),
-    "EqualsSubstitution": lambda given, _named: Computed("equals", tuple(given)),
-    "NotEqualsSubstitution": lambda given, _named: Computed("not", (Computed("equals", tuple(given)),)),
+    "NotSubstitution": lambda given, named: Computed("not", (argument_of(given, named, 0, "value"),)),
+    "AndSubstitution": lambda given, named: Computed("and", _two(given, named)),
+    "OrSubstitution": lambda given, named: Computed("or", _two(given, named)),
+    "EqualsSubstitution": lambda given, named: Computed("equals", _two(given, named)),
+    "NotEqualsSubstitution": lambda given, named: Computed("not", (Computed("equals", _two(given, named)),)),
     "IfElseSubstitution": lambda given, named: (
         Computed(
             "if",
@@ -263,14 +268,17 @@ def _of_event(given: Sequence[Any], named: _Arguments) -> _Arguments:
 
 
 def _actions_in(values: Sequence[Any]) -> Iterator[Action]:
-    for one in values:
-        if isinstance(one, Action):
-            if one.kind == "later":
-                yield from one.arguments.get("actions", ())
-            else:
-                yield one
-        elif isinstance(one, (list, tuple)):
-            yield from _actions_in(one)
+    waiting = [*values]
+    for _ in range(LARGEST):
+        if not waiting:
+            return
+        one = waiting.pop(0)
+        if isinstance(one, (list, tuple)):
+            waiting[:0] = one
+        elif isinstance(one, Action) and one.kind == "later":
+            waiting[:0] = one.arguments.get("actions", ())
+        elif isinstance(one, Action):
+            yield one
 
 
 ACTIONS: Mapping[str, tuple[str, Callable[[Sequence[Any], _Arguments], _Arguments]]] = {

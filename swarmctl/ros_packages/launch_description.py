@@ -24,8 +24,10 @@ from swarmctl.ros_packages.package import Package
 from swarmctl.ros_packages.parameters import reads_section
 
 _MAX_INCLUDES = 16  # nested
+_MOST_KEYS = 5_000  # of a mapping, and mappings of a file of parameters
 _MOST_MERGED = 4  # mappings within each other: namespaces, node, ros__parameters
 _LONGEST = 500  # characters of a value
+_LARGEST = 1 << 64
 _LONGEST_LIST = 4000  # characters of a list as text
 _SHARE = re.compile(r"\$\(find-pkg-share ([A-Za-z0-9_-]+)\)/+([^$]+)")
 _OF_NODES = {
@@ -125,7 +127,12 @@ class NotReadError(ValueError):
 
 
 class _Merging(yaml.SafeLoader):
-    """Reads YAML as rcl does: a key that a mapping has again adds to what it had."""
+    """Reads YAML as rcl does: a key that a mapping has again adds to what it had; `1e-3` is a number."""
+
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        super().flatten_mapping(node)
+        if len(node.value) > _MOST_KEYS:
+            raise yaml.YAMLError("a mapping with too many keys")
 
 
 def _merged(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict[Any, Any]:
@@ -143,6 +150,11 @@ def _both(old: Any, new: Any, depth: int = 0) -> Any:
     return {**old, **{key: _both(old.get(key), one, depth + 1) for key, one in new.items()}}
 
 
+_Merging.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+"),
+    list("-+0123456789."),
+)
 _Merging.add_constructor("tag:yaml.org,2002:map", _merged)
 
 
@@ -188,6 +200,9 @@ def evaluate(
     scope = _Scope(package, path, dict(given))
     run.file(scope, Place(posixpath.join(package.folder, path), 0))
     run.end(0)
+    if run.left <= 0:
+        place = Place(posixpath.join(package.folder, path), 0)
+        run.launched.left_out.append((place, "it has more, with its includes, than is read"))
     run.launched.cost = limit - run.left
     words = Counter(run.read_words)
     for place, (name, value) in run.declared.items():
@@ -245,7 +260,10 @@ class _Run:
             self.not_read(scope, error.line, str(error))
             return
         self.read_words += _WORD.findall(text)
-        self.actions(scope, written.actions)
+        try:
+            self.actions(scope, written.actions)
+        except RecursionError:
+            self.not_read(scope, 0, "it is nested too deeply")
         for line, why in written.unread.items():  # also of functions that a running launch calls
             self.not_read(scope, line, why)
 
@@ -306,6 +324,8 @@ class _Run:
             text = "".join(str(one) for one in parts)
         elif isinstance(value, bool):
             text = "true" if value else "false"
+        elif isinstance(value, int) and abs(value) > _LARGEST:
+            return Unknown("a large number")
         elif isinstance(value, (str, int, float)):
             text = str(value)
         else:
@@ -377,8 +397,9 @@ class _Run:
         scoped = self.text(scope, action.arguments.get("scoped", True))
         inner = scope if _is_true(scoped) is False else scope.inner()
         for name, value in _pairs(action.arguments.get("values")):
-            inner.values[name] = self.text(scope, value)
-            self.declared[self.place(scope, action.line)] = (str(name), inner.values[name])
+            key = str(self.text(scope, name))
+            inner.values[key] = self.text(scope, value)
+            self.declared[self.place(scope, action.line)] = (key, inner.values[key])
         first = len(self.pushed)
         self.actions(inner, action.arguments.get("actions", ()))
         self.end(first)
@@ -548,7 +569,7 @@ class _Run:
         if place not in self.parsed:
             try:
                 self.parsed[place] = yaml.load(content, Loader=_Merging)
-            except (yaml.YAMLError, ValueError, TypeError, RecursionError):
+            except (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError, RecursionError):
                 self.parsed[place] = None
         return place, self.parsed[place]
 
@@ -648,6 +669,8 @@ class _Run:
     def setting(self, scope: _Scope, place: Place, name: str, value: Any) -> Setting:
         """A parameter with the type that launch_ros gives it: text with a substitution is read as YAML."""
         kinds = {bool: "bool", int: "int", float: "double", str: "str"}
+        if value in ([], ()):
+            value = Unknown("an empty list, which has no type")
         if isinstance(value, (list, tuple)) and all(type(one) in kinds for one in value) and value:
             if any(isinstance(one, str) for one in value) and not all(isinstance(one, str) for one in value):
                 value = Text(tuple(value))
@@ -664,7 +687,11 @@ class _Run:
         place = self.place(scope, action.line)
         for key in ("env", "additional_env"):
             for name, value in _pairs(action.arguments.get(key)):
-                yield self.variable(place, str(name), self.text(scope, value))
+                known = self.text(scope, name)
+                if isinstance(known, Unknown):
+                    self.not_read(scope, action.line, f"the name of a variable depends on {known.why}")
+                else:
+                    yield self.variable(place, known, self.text(scope, value))
 
     def children_of(self, scope: _Scope, action: Action) -> None:
         if (period := action.arguments.get("period")) is not None:
@@ -694,12 +721,16 @@ class _Run:
         given: dict[str, str | Unknown] = {}
         inner = scope.inner()  # each argument may use those before it
         for name, one in _pairs(action.arguments.get("arguments")):
-            key = str(self.text(inner, name))
+            known = self.text(inner, name)
+            if isinstance(known, Unknown):
+                self.not_read(scope, action.line, f"the name of an argument depends on {known.why}")
+                continue
+            key = known
             given[key] = inner.values[key] = self.text(inner, one)
             for changed, value in one.rewrites.items() if isinstance(one, Rewritten) else ():
                 text = self.text(scope, value)
                 equals = f" = {text}" if isinstance(text, str) else ""
-                why = f"{changed}{equals}, which a copy of {key} gets; write it in the file"
+                why = f"`{changed}{equals}`, which a copy of {key} gets; write it in the file"
                 self.not_read(scope, action.line, why)
         package, path = self.target(scope, file) if file is not None else ("", "")
         found = self.packages.get(package) if package else scope.package
@@ -800,22 +831,30 @@ class _Run:
         self.actions(scope, action.arguments["call"](lambda one: self.text(scope, one)))
 
 
-def _sections(data: Any, above: str = "", depth: int = 0) -> Iterator[tuple[str, Mapping[Any, Any]]]:
+def _sections(data: Any) -> Iterator[tuple[str, Mapping[Any, Any]]]:
     """The nodes of a file of parameters by their full names, and what it has of each."""
-    for key, value in data.items() if isinstance(data, Mapping) and depth < _MAX_INCLUDES else ():
-        name = f"{above}/{str(key).strip('/')}"
+    waiting = [("", data)]
+    for _ in range(_MOST_KEYS):
+        if not waiting or len(waiting) > 4 * _MOST_KEYS:
+            return
+        name, value = waiting.pop(0)
         if isinstance(value, Mapping) and isinstance(value.get("ros__parameters"), Mapping):
             yield name, value["ros__parameters"]
-        elif isinstance(value, Mapping):
-            yield from _sections(value, name, depth + 1)
+        elif isinstance(value, Mapping) and name.count("/") < _MAX_INCLUDES:
+            waiting += [(f"{name}/{str(key).strip('/')}", one) for key, one in value.items()]
 
 
-def _flat(values: Mapping[Any, Any], prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
-    for key, value in values.items():
-        if isinstance(value, Mapping) and depth < _MAX_INCLUDES:
-            yield from _flat(value, f"{prefix}{key}.", depth + 1)
+def _flat(values: Mapping[Any, Any]) -> Iterator[tuple[str, Any]]:
+    """The parameters by their names with dots."""
+    waiting = [(str(key), value) for key, value in values.items()]
+    for _ in range(2 * _MOST_KEYS):
+        if not waiting or len(waiting) > 4 * _MOST_KEYS:
+            return
+        name, value = waiting.pop(0)
+        if isinstance(value, Mapping) and name.count(".") < _MAX_INCLUDES:
+            waiting[:0] = [(f"{name}.{key}", one) for key, one in value.items()]
         else:
-            yield f"{prefix}{key}", value
+            yield name, value
 
 
 def _is_true(value: str | Unknown) -> bool | None:

@@ -254,7 +254,7 @@ class _Run:
                 self.returned.append(uncertain(returned.value, self.why))
                 ends = True
             except (_Break, _Continue):
-                pass
+                ends = True
             found.append(inner)
         self.skip(one, f"what is below this `{type(one).__name__.lower()}` depends on {why}", names)
         for name, value in names.items():
@@ -316,8 +316,12 @@ class _Run:
 
     def of_formattedvalue(self, one: ast.FormattedValue, names: dict[str, Any]) -> Any:
         found = self.value(one.value, names)
+        if one.conversion > 0 and not isinstance(found, Unknown):
+            return Unknown("a format")
         if one.format_spec is None or isinstance(found, Unknown):
             return found
+        if not is_plain(found):
+            return Unknown("a format")
         shape = self.value(one.format_spec, names)
         try:
             return format(found, shape) if isinstance(shape, str) and len(shape) < 5 else Unknown("a format")
@@ -329,7 +333,9 @@ class _Run:
         for item in one.elts:
             if isinstance(item, ast.Starred):
                 value = self.value(item.value, names)
-                found += list(value) if isinstance(value, (list, tuple, range)) else [Unknown("a list")]
+                extended_by(
+                    found, list(value) if isinstance(value, (list, tuple, range)) else [Unknown("a list")]
+                )
             else:
                 found.append(self.value(item, names))
         return found
@@ -347,7 +353,9 @@ class _Run:
                 found.update(item if isinstance(item, dict) else {})
                 continue
             called = self.value(key, names)
-            if is_plain(called) or isinstance(called, Variable):
+            if is_plain(called) or (
+                isinstance(called, Variable) and not isinstance(called.default, (list, dict))
+            ):
                 found[called] = item
         return found
 
@@ -357,6 +365,8 @@ class _Run:
             return Unknown(f"the environment variable {self.value(one.slice, names)}")
         if not isinstance(into, (str, list, tuple, dict)):
             return into if isinstance(into, Unknown) else Unknown(COMPUTED)
+        if isinstance(one.slice, ast.Slice) and one.slice.step is not None:
+            return Unknown("a slice")
         if isinstance(one.slice, ast.Slice):
             ends = [self.value(end, names) if end else None for end in (one.slice.lower, one.slice.upper)]
             known = not isinstance(into, dict) and all(isinstance(end, (int, type(None))) for end in ends)
@@ -480,7 +490,9 @@ class _Run:
         for item in one.args:
             if isinstance(item, ast.Starred):
                 value = self.value(item.value, names)
-                given += list(value) if isinstance(value, (list, tuple, range)) else [Unknown("a list")]
+                extended_by(
+                    given, list(value) if isinstance(value, (list, tuple, range)) else [Unknown("a list")]
+                )
             else:
                 given.append(self.value(item, names))
         named: dict[str, Any] = {}
@@ -574,7 +586,7 @@ class _Run:
     def known_call(self, name: str, given: list[Any], named: dict[str, Any], line: int) -> Any:
         """The value of a call of what an import brings, or Python itself."""
         if name in SIMPLE:
-            return simple_call(name, given)
+            return simple_call(name, given, named)
         if name == "PythonExpression":
             return Computed(expression, parts_of(argument_of(given, named, 0, "expression")))
         if name in SUBSTITUTIONS:
@@ -590,7 +602,9 @@ class _Run:
             return LaunchSource(given[0] if given else named.get("launch_file_path", named.get("location")))
         if name == "LaunchDescription":
             entities = given[0] if given else named.get("initial_entities")
-            return Description(entities if isinstance(entities, list) else listed(entities))
+            actions = entities if isinstance(entities, list) else listed(entities)
+            flat = (one.actions if isinstance(one, Description) else [one] for one in actions)
+            return Description([one for some in flat for one in some])
         if name in _OF_FILES and given:
             return self.file_call(name, given[0])
         if name == "OpaqueFunction":

@@ -52,7 +52,9 @@ def why_unknown(value: Any) -> str | None:
 
 def is_plain(value: Any) -> bool:
     """Returns True for a value that takes no time to print or compare: nothing within it."""
-    return isinstance(value, (str, int, float, bool, type(None)))
+    if isinstance(value, int):
+        return abs(value) <= _LARGEST_NUMBER
+    return isinstance(value, (str, float, type(None)))
 
 
 _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -71,8 +73,8 @@ COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 def binary(op: ast.operator, left: Any, right: Any) -> Any:
     """Returns the value of an operator between two values; `/` joins paths."""
     for one in (left, right):
-        if isinstance(one, Unknown):
-            return one
+        if isinstance(one, (Unknown, bytes)):
+            return one if isinstance(one, Unknown) else Unknown(COMPUTED)
     if isinstance(op, ast.Add) and (
         isinstance(left, (Text, Variable)) or isinstance(right, (Text, Variable))
     ):
@@ -144,7 +146,7 @@ def _of_list(into: list[Any], name: str, given: list[Any], _named: Mapping[str, 
     if name == "append":
         extended_by(into, given[:1])
     elif name == "insert" and len(given) > 1 and isinstance(given[0], int):
-        into.insert(given[0], given[1])
+        into.insert(max(-LARGEST, min(given[0], LARGEST)), given[1])
     elif name == "extend" and given:
         extended_by(into, given[0] if isinstance(given[0], (list, tuple)) else given[:1])
     else:
@@ -226,8 +228,12 @@ def folder_of(path: str) -> str:
     return f"{path}/.." if path.endswith((")", "..")) else posixpath.dirname(path)
 
 
-def simple_call(name: str, given: list[Any]) -> Any:
+def simple_call(name: str, given: list[Any], named: Mapping[str, Any]) -> Any:
     """Returns the value of a call of one of ``SIMPLE``."""
+    if name == "dict" and all(isinstance(one, dict) for one in given):
+        return {**(given[0] if given else {}), **named}
+    if named and name != "print":
+        return Unknown(f"{name}()")
     if name == "print":
         return None
     if unknown := next((one for one in given if isinstance(one, Unknown)), None):
@@ -261,7 +267,10 @@ def dumped(value: Any) -> Any:
         waiting += inside
         if count > LARGEST or not (inside or is_plain(one) or one in ([], {})):
             return Unknown("dump()")
-    text = json.dumps(value, default=str)
+    try:
+        text = json.dumps(value, default=str)
+    except TypeError:  # of a key
+        return Unknown("dump()")
     return text if len(text) <= LARGEST else Unknown("a long text")
 
 

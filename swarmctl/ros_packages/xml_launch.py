@@ -56,7 +56,7 @@ def read_yaml(text: str, _load: Load) -> Written:
     """Returns the actions of a YAML launch file. Raises ``NotReadError``."""
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         raise NotReadError("it is not valid YAML", mark.line + 1 if mark else 1) from None
     for key, value in node.value if isinstance(node, yaml.MappingNode) else ():

@@ -576,3 +576,64 @@ def test_what_replaces_a_value_and_is_not_known_leaves_none(tmp_path: Path) -> N
         "p.yaml": "node: {ros__parameters: {map: old.yaml, rate: 5}}\n",
     }
     assert data(draft(lab(tmp_path, files)))["programs"]["node"]["params"] == {"rate": 5}
+
+
+@pytest.mark.parametrize(
+    "action",
+    [
+        "Node(package='p', executable='e', arguments=[EnvironmentVariable('PWD', default_value='hunter2')])",
+        "DeclareLaunchArgument('wifi_password', default_value='hunter2')",
+        "ExecuteProcess(cmd=['ros2', 'param', 'set', '/n', '\"wifi_password\"', 'hunter2'])",
+        "IncludeLaunchDescription('x.py', launch_arguments=[('f', RewrittenYaml('p', {'psk': 'hunter2'}))])",
+    ],
+)
+def test_a_reason_shows_no_secret(action: str, tmp_path: Path) -> None:
+    made = draft(
+        lab(tmp_path, {"a.launch.py": launch("Node(package='p', executable='e', name='m')", action)})
+    )
+    assert "hunter2" not in made.text
+    assert "secret" in made.text
+
+
+BOMB = "a0: &a0 {k: {}}\n" + "".join(
+    f"a{n}: &a{n} {{{', '.join(f'x{i}: *a{n - 1}' for i in range(10))}}}\n" for n in range(1, 14)
+)
+MERGES = "a0: &a0 {k: 1}\n" + "".join(f"a{n}: &a{n} {{<<: [*a{n - 1}, *a{n - 1}]}}\n" for n in range(1, 40))
+
+
+@pytest.mark.parametrize(
+    ("body", "params"),
+    [
+        ("Node(package='p', executable='e', name='n', parameters=['p.yaml'])", BOMB),
+        ("Node(package='p', executable='e', name='n', parameters=['p.yaml'])", MERGES),
+        (
+            "Node(package='p', executable='e', name='n', parameters=['p.yaml'])",
+            "n: {ros__parameters: {x: !!bool foo}}\n",
+        ),
+        (
+            "Node(package='p', executable='e', name='n', parameters=['p.yaml'])",
+            f"n: {{ros__parameters: {{x: 0x{'f' * 5000}}}}}\n",
+        ),
+        (
+            "Node(package='p', condition=IfCondition(EqualsSubstitution(left='a', right='b')))",
+            "",
+        ),
+        ("LaunchDescription([LaunchDescription([Node(package='p', executable='e', name='n')])])", ""),
+        ("(lambda a: [a.append(a), Node(package=a, executable='e')])(['x'])", ""),
+        ("(lambda a: OnProcessExit(on_exit=[a.append(a), a]))([])", ""),
+        ("Node(package='p', executable='e', name=f\"{[['x'] * 2] * 2:}\")", ""),
+        ("GroupAction([], launch_configurations=[(['a'], 'b')])", ""),
+        ("Node(package='p', executable='e', parameters=[{LaunchConfiguration('x', default=['a']): 1}])", ""),
+    ],
+)
+def test_odd_values_end_in_a_draft(body: str, params: str, tmp_path: Path) -> None:
+    known = "Node(package='p', executable='known', name='known')"
+    made = draft(lab(tmp_path, {"a.launch.py": launch(known, body), "p.yaml": params}))
+    assert "known" in data(made)["programs"]
+
+
+def test_numbers_are_those_of_rcl(tmp_path: Path) -> None:
+    file = "node: {ros__parameters: {a: 1e-3, b: [1e-3, 2.0]}}\n"
+    node = "Node(package='p', executable='e', name='node', parameters=['p.yaml', dict(c=True)])"
+    made = draft(lab(tmp_path, {"a.launch.py": launch(node), "p.yaml": file}))
+    assert data(made)["programs"]["node"]["params"] == {"a": 0.001, "b": [0.001, 2.0], "c": True}
