@@ -36,7 +36,7 @@ _SESSION = re.compile(r"^windows\s*:", re.MULTILINE)
 _EXAMPLE = re.compile(r"(^|[._-])(example|sample|template|dist)([._-]|$)", re.IGNORECASE)
 _RUNS = re.compile(r"\b(subprocess|os\.system|paramiko|fabric|pexpect)\b")
 _STARTS = re.compile(
-    r"\b(?!127|0)(?:\d{1,3}\.){3}\d{1,3}\b"
+    r"\b(?!127|0)(?:\d{1,3}\.){3}\d{1,3}\b|\b(?:[0-9a-f]{2}:){5}[0-9a-f]{2}\b"
     r"|\b(paramiko|fabric|pexpect|ssh|ros2 (?:launch|run)|roslaunch|rosrun|ROS_DOMAIN_ID)\b"
 )
 _MAX_FILE = 256 << 10

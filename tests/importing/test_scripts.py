@@ -338,6 +338,9 @@ def test_a_python_program_that_starts_others_is_named(tmp_path: Path) -> None:
     )
     assert "#   run.py:2: a Python program that has `ssh`; it is not read" in made.text
     assert "node.py" not in made.text
+    scan = "import subprocess\nROBOTS = {'A1': 'c0:4b:24:02:a8:9b'}\n"
+    made = draft(lab(tmp_path / "scan", {"start.sh": "ros2 run p e\n", "scan.py": scan}))
+    assert "#   scan.py:2: a Python program that has `c0:4b:24:02:a8:9b`; it is not read" in made.text
 
 
 ERB = """\
