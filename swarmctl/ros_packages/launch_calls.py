@@ -65,18 +65,18 @@ def uncertain(value: Any, why: str) -> Any:
     if value is None or actions is None:
         return value if isinstance(value, Unknown) or value is None else Unknown(why)
     perhaps = Condition(Unknown(why))
-    made = [
-        Action("group", one.line, {"actions": [one], "scoped": False}, perhaps)
-        if one.condition
-        else replace(one, condition=perhaps)
-        for one in actions
-    ]
+    if isinstance(value, Action) and value.condition is None:
+        return replace(value, condition=perhaps)
+    line = actions[0].line if actions else 0
+    made = Action(
+        "group", line, {"actions": actions, "scoped": False}, perhaps
+    )  # what one sets, the next has
     return (
-        made[0]
+        made
         if isinstance(value, Action)
-        else Description(made)
+        else Description([made])
         if isinstance(value, Description)
-        else made
+        else [made]
     )
 
 

@@ -381,6 +381,23 @@ def generate_launch_description():
     assert "  # real: {" in made.text
 
 
+def test_what_perhaps_starts_has_its_own_arguments(tmp_path: Path) -> None:
+    text = """
+def generate_launch_description():
+    if os.environ.get('ROBOT') is None:
+        return
+    return LaunchDescription([
+        DeclareLaunchArgument('map', default_value='lab.yaml'),
+        Node(package='p', executable='e', name='server', parameters=[{'map': LaunchConfiguration('map')}]),
+    ])
+"""
+    made = draft(
+        lab(tmp_path, {"a.launch.py": text, "b.launch.py": launch("Node(package='p', executable='e')")})
+    )
+    shown = "# server: {host: robot-pc, package: p, executable: e, params: {map: lab.yaml}}"
+    assert f"  {shown}  # fill in: a.launch.py:7: whether it applies depends on" in made.text
+
+
 def test_an_include_is_no_scope(tmp_path: Path) -> None:
     """What it sets holds after it, but not after a group around it."""
     include = "IncludeLaunchDescription('inner.launch.xml', launch_arguments={'rate': '7'}.items())"
