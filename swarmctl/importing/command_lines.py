@@ -10,7 +10,7 @@ import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 
-from swarmctl.ros_packages.launch_description import Unknown
+from swarmctl.ros_packages.launch_values import Unknown
 
 Word = str | Unknown
 

@@ -13,7 +13,7 @@ from swarmctl.importing.fkie_settings import FkieSettings
 from swarmctl.importing.lab_folder import own_address
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.lab_scripts import Started
-from swarmctl.importing.launched_files import Found, nodes_in, normal, reasons
+from swarmctl.importing.launched_files import Found, file_of, nodes_in, normal, reasons
 from swarmctl.importing.node_programs import component_fields, left_out, program_fields, why_left_out
 from swarmctl.importing.recognition import driven_type, drivers_of, line_of, unknown_line
 from swarmctl.importing.shell_script import Remote
@@ -144,7 +144,7 @@ class Lab:
 
     def add_nodes(self, launched: Mapping[str, Launched]) -> None:
         """Adds robots, then programs, which may name robots, and the master of machines."""
-        files = {*map(_file_of, launched)}
+        files = {*map(file_of, launched)}
         simulated = {one for one in files if _OF_SIMULATION.search(one)}
         self.simulations = simulated if files - simulated else set()
         programs: list[tuple[Node, Value, Sequence[str]]] = []
@@ -402,7 +402,7 @@ class Lab:
 
     def _starters(self, paths: Sequence[str]) -> Sequence[str]:
         """The files that start a node: first those that are no simulation, by their names."""
-        return sorted(dict.fromkeys(map(_file_of, paths)), key=lambda one: one in self.simulations)
+        return sorted(dict.fromkeys(map(file_of, paths)), key=lambda one: one in self.simulations)
 
     def _of_simulation(self, starters: Sequence[str]) -> str:
         """Why a program is only guessed; empty if a file that is no simulation starts it."""
@@ -443,11 +443,6 @@ class Lab:
         name = replace(name, by=_shown(starters, node.place.file))
         self.draft.programs[name.value] = Entry(name, fields)
         self.draft.unread += left_out(node, self.unknown)
-
-
-def _file_of(path: str) -> str:
-    """The file of what starts something, which may also name a computer or a service."""
-    return re.split(r" on |: ", path)[0]
 
 
 def _shown(starters: Sequence[str], file: str) -> str:

@@ -13,8 +13,8 @@ from swarmctl.importing.command_lines import Word
 from swarmctl.importing.draft import Value
 from swarmctl.importing.shell_script import Assignment, Command, Remote, Script
 from swarmctl.importing.unknown_values import is_secret
-from swarmctl.ros_packages.launch_description import Unknown
 from swarmctl.ros_packages.launch_files import Include, Launched, Node, Place, Setting
+from swarmctl.ros_packages.launch_values import Unknown
 from swarmctl.ros_packages.package import Package
 
 #: The variables that say which master and which address a node of ROS 1 uses.

@@ -238,7 +238,7 @@ def unread(launched: Mapping[str, Launched]) -> Iterator[str]:
             shown = "what stands here may have a secret" if quotes_secret(why) else why
             if why.startswith(NOT_STARTED) and normal(place) in started:
                 continue  # by another file
-            by = re.split(r" on |: ", path)[0]
+            by = file_of(path)
             shown += f", of {by}" if why.startswith(NOT_STARTED) and by != normal(place).file else ""
             yield f"{normal(place)}: {shown}"
         unfound = (place for place in one.unfound if (place, "file") not in one.unknown)
@@ -261,6 +261,11 @@ def _without_effect(launched: Launched) -> Iterator[str]:
     for one in launched.environment:
         if (one.place, one.name) not in variables:
             yield f"{normal(one.place)}: the variable {one.name} is of no node here"
+
+
+def file_of(started: str) -> str:
+    """Returns the file of what starts something, which may also name a computer or a service."""
+    return re.split(r" on |: ", started)[0]
 
 
 def normal(place: Place) -> Place:

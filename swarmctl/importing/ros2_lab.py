@@ -20,8 +20,9 @@ from swarmctl.importing.recognition import driver_files
 from swarmctl.importing.unknown_values import is_secret
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.ros_packages import python_launch, xml_launch
-from swarmctl.ros_packages.launch_description import Reader, evaluate
+from swarmctl.ros_packages.launch_description import evaluate
 from swarmctl.ros_packages.launch_files import Launched, Place
+from swarmctl.ros_packages.launch_values import Reader
 from swarmctl.ros_packages.package import Package
 from swarmctl.swarm.addresses import ip_of, means_self
 

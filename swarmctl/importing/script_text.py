@@ -57,7 +57,7 @@ def _of_image(line: str) -> str:
         name, _, value = match[2].strip().partition(" ")
         pairs = _pairs(match[2] if "=" in name else f"{name}={shlex.quote(value.strip())}")
         of_ros = [one for one in pairs if _OF_ROS.match(one)]
-        others = [f"ENV {one}" for one in pairs if not _OF_ROS.match(one)]
+        others = [f"ENV {one.partition('=')[0]}" for one in pairs if not _OF_ROS.match(one)]  # no value
         return "; ".join((*([f"export {' '.join(of_ros)}"] if of_ros else []), *others))
     try:
         words = json.loads(match[2])

@@ -29,8 +29,8 @@ from swarmctl.importing.command_lines import (
     short_options,
     unwrapped,
 )
-from swarmctl.ros_packages.launch_description import Unknown
 from swarmctl.ros_packages.launch_files import Place
+from swarmctl.ros_packages.launch_values import Unknown
 
 _LONGEST = 100_000  # characters of a text
 _STEPS = 20_000  # commands and words of a script, with those that it calls

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from swarmctl.ros_packages.launch_description import (
+from swarmctl.ros_packages.launch_values import (
     Action,
     Computed,
     Condition,

@@ -1,4 +1,4 @@
-"""A launch file of ROS 2 as actions, whichever language it is written in, and what these start.
+"""What the actions of a launch file of ROS 2 start.
 
 Source: github.com/ros2/launch and launch_ros, the actions and substitutions of Humble to Kilted. What only a
 host, a running launch or Python knows is unknown, with the reason.
@@ -17,15 +17,22 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-import yaml
-
 from swarmctl.ros_packages.launch_files import Include, Launched, Node, Place, Setting
+from swarmctl.ros_packages.launch_values import (
+    Action,
+    Computed,
+    NotReadError,
+    Reader,
+    Rewritten,
+    Text,
+    Unknown,
+    Variable,
+)
 from swarmctl.ros_packages.package import Package
+from swarmctl.ros_packages.parameter_sections import flat, loaded, sections
 from swarmctl.ros_packages.parameters import reads_section
 
 _MAX_INCLUDES = 16  # nested
-_MOST_KEYS = 5_000  # of a mapping, and mappings of a file of parameters
-_MOST_MERGED = 4  # mappings within each other: namespaces, node, ros__parameters
 _LONGEST = 500  # characters of a value
 _LARGEST = 1 << 64
 _LONGEST_LIST = 4000  # characters of a list as text
@@ -37,125 +44,6 @@ _OF_NODES = {
 }  # fmt: skip
 _WORD = re.compile(r"\w+")
 _TRUE, _FALSE = ("true", "1"), ("false", "0")
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """A value that is not known here, and why; ``line`` is that of its call, where it has one."""
-
-    why: str
-    line: int = field(default=0, compare=False)
-    before: str = field(default="", compare=False)  # what of a text is known in front of it
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A launch configuration: ``$(var NAME)``."""
-
-    name: str
-    default: Any = None
-
-
-@dataclass(frozen=True)
-class Text:
-    """Parts that follow each other, of which some are substitutions."""
-
-    parts: tuple[Any, ...]  # str, Variable, Text, Unknown
-
-
-@dataclass(frozen=True)
-class Computed:
-    """A truth that a launch computes of others: ``equals``, ``not``, ``and``, ``or``; or ``if``, a choice.
-
-    ``has`` is true if a file of parameters, the first one, has those of a node, the second one; ``replace``
-    is the first one, in whose texts each of the others is replaced by the next, unless the second is false.
-
-    Otherwise ``operation`` returns the value of the parts as one text.
-    """
-
-    operation: str | Callable[[str], str | Unknown]
-    parts: tuple[Any, ...]
-
-
-@dataclass(frozen=True)
-class Rewritten:
-    """A file of parameters in which Nav2 replaces the values of some names."""
-
-    source: Any
-    rewrites: Mapping[str, Any]
-    root: Any = ""  # the namespace that it puts around all nodes of the file
-
-
-@dataclass(frozen=True)
-class Condition:
-    """When an action applies: if ``value`` is true, or unless it is."""
-
-    value: Any
-    wanted: bool = True
-
-
-@dataclass(frozen=True)
-class Action:
-    """One action: what it is, its arguments, and the line that it begins at."""
-
-    kind: str
-    line: int
-    arguments: Mapping[str, Any] = field(default_factory=dict)
-    condition: Condition | None = None
-
-
-@dataclass(frozen=True)
-class Written:
-    """What a launch file is read as: its actions, and what of it is not read, by line."""
-
-    actions: Sequence[Any]
-    unread: Mapping[int, str] = field(default_factory=dict)
-
-
-#: Reads a file of YAML or JSON by the text of its path; unknown for one that is not here.
-Load = Callable[[Any], Any]
-#: Reads the text of a launch file, which may load others. Raises ``NotReadError``.
-Reader = Callable[[str, Load], Written]
-
-
-class NotReadError(ValueError):
-    """A file that no launch could read. ``line`` counts from 1."""
-
-    def __init__(self, message: str, line: int) -> None:
-        super().__init__(message)
-        self.line = line
-
-
-class _Merging(yaml.SafeLoader):
-    """Reads YAML as rcl does: a key that a mapping has again adds to what it had; `1e-3` is a number."""
-
-    def flatten_mapping(self, node: yaml.MappingNode) -> None:
-        super().flatten_mapping(node)
-        if len(node.value) > _MOST_KEYS:
-            raise yaml.YAMLError("a mapping with too many keys")
-
-
-def _merged(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict[Any, Any]:
-    loader.flatten_mapping(node)
-    found: dict[Any, Any] = {}
-    for key, value in node.value:
-        name, one = loader.construct_object(key, deep=True), loader.construct_object(value, deep=True)
-        found[name] = _both(found.get(name), one)
-    return found
-
-
-def _both(old: Any, new: Any, depth: int = 0) -> Any:
-    if not (isinstance(old, dict) and isinstance(new, dict)) or depth > _MOST_MERGED:
-        return new
-    return {**old, **{key: _both(old.get(key), one, depth + 1) for key, one in new.items()}}
-
-
-_Merging.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+"),
-    list("-+0123456789."),
-)
-_Merging.add_constructor("tag:yaml.org,2002:map", _merged)
 
 
 @dataclass
@@ -567,10 +455,7 @@ class _Run:
                 return None, None
             place, content = next(iter(same.items()))
         if place not in self.parsed:
-            try:
-                self.parsed[place] = yaml.load(content, Loader=_Merging)
-            except (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError, RecursionError):
-                self.parsed[place] = None
+            self.parsed[place] = loaded(content)
         return place, self.parsed[place]
 
     def files_at(self, end: str) -> Mapping[Place, bytes]:
@@ -606,7 +491,7 @@ class _Run:
         for one in _items(action.arguments.get("parameters")):
             file = self.text(scope, one.source if isinstance(one, Rewritten) else one)
             data = None if isinstance(file, Unknown) else self.data(scope, file)[1]
-            names = [key.rpartition("/")[2] for key, _ in _sections(data)]
+            names = [key.rpartition("/")[2] for key, _ in sections(data)]
             names = [name for name in names if name.isidentifier()]
             words = {*str(executable).split("_"), *str(package).split("_")} - {"node"}
             alike = [name for name in names if words & {*name.split("_")}]
@@ -635,12 +520,12 @@ class _Run:
         if file.startswith(("/", "~")):
             self.not_read(scope, action.line, f"{file}: {place}, which is called so, is taken for it")
         self.launched.files[place.file] = None
-        for section, values in sorted(_sections(data), key=lambda one: "*" not in one[0]):
+        for section, values in sorted(sections(data), key=lambda one: "*" not in one[0]):
             whole = f"/{around.strip('/')}{section}" if isinstance(around, str) and around else section
             is_read = reads_section(whole, full) if known else section.rpartition("/")[2] in (name, "*", "**")
             before = self.launched.sections.get((place.file, section))
             self.launched.sections[place.file, section] = bool(before) or is_read
-            for key, value in _flat(values) if is_read else ():
+            for key, value in flat(values) if is_read else ():
                 self.left -= 1
                 if self.left <= 0:  # a file whose anchors repeat each other has no end
                     self.not_read(scope, action.line, f"of {file} there is too much to read")
@@ -829,32 +714,6 @@ class _Run:
 
     def opaque(self, scope: _Scope, action: Action) -> None:
         self.actions(scope, action.arguments["call"](lambda one: self.text(scope, one)))
-
-
-def _sections(data: Any) -> Iterator[tuple[str, Mapping[Any, Any]]]:
-    """The nodes of a file of parameters by their full names, and what it has of each."""
-    waiting = [("", data)]
-    for _ in range(_MOST_KEYS):
-        if not waiting or len(waiting) > 4 * _MOST_KEYS:
-            return
-        name, value = waiting.pop(0)
-        if isinstance(value, Mapping) and isinstance(value.get("ros__parameters"), Mapping):
-            yield name, value["ros__parameters"]
-        elif isinstance(value, Mapping) and name.count("/") < _MAX_INCLUDES:
-            waiting += [(f"{name}/{str(key).strip('/')}", one) for key, one in value.items()]
-
-
-def _flat(values: Mapping[Any, Any]) -> Iterator[tuple[str, Any]]:
-    """The parameters by their names with dots."""
-    waiting = [(str(key), value) for key, value in values.items()]
-    for _ in range(2 * _MOST_KEYS):
-        if not waiting or len(waiting) > 4 * _MOST_KEYS:
-            return
-        name, value = waiting.pop(0)
-        if isinstance(value, Mapping) and name.count(".") < _MAX_INCLUDES:
-            waiting[:0] = [(f"{name}.{key}", one) for key, one in value.items()]
-        else:
-            yield name, value
 
 
 def _is_true(value: str | Unknown) -> bool | None:

@@ -29,7 +29,7 @@ from swarmctl.ros_packages.launch_calls import (
     started,
     uncertain,
 )
-from swarmctl.ros_packages.launch_description import (
+from swarmctl.ros_packages.launch_values import (
     Action,
     Computed,
     Condition,

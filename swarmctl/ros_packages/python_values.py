@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from swarmctl.ros_packages.launch_description import Computed, Text, Unknown, Variable
+from swarmctl.ros_packages.launch_values import Computed, Text, Unknown, Variable
 
 COMPUTED, OF_THE_LAUNCH = "what it computes", "a value of the running launch"
 FOLDER = "$(dirname)"

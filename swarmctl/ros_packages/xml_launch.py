@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from swarmctl.ros_packages.launch_description import (
+from swarmctl.ros_packages.launch_values import (
     Action,
     Computed,
     Condition,

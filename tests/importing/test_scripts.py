@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from swarmctl.importing.drafting import DraftError
 from swarmctl.importing.shell_script import Assignment, Command, read_script
-from swarmctl.ros_packages.launch_description import Unknown
+from swarmctl.ros_packages.launch_values import Unknown
 from tests.importing.drafts import data, draft, lab
 
 FLEET = """\
@@ -249,7 +249,7 @@ def test_a_unit_of_systemd_is_a_script(tmp_path: Path) -> None:
 IMAGE = """\
 FROM ros:humble-ros-base
 ENV ROS_DOMAIN_ID 5
-ENV RMW_IMPLEMENTATION=rmw_fastrtps_cpp OTHER="x y"
+ENV RMW_IMPLEMENTATION=rmw_fastrtps_cpp DSN="me:hunter2@db"
 RUN ros2 pkg list
 CMD ["ros2", "launch", "bringup", "robot.launch.py"]
 """
@@ -263,6 +263,8 @@ def test_a_dockerfile_has_the_distribution_and_variables(tmp_path: Path) -> None
         "#   Dockerfile:5: `CMD ros2 launch bringup robot.launch.py` is what a container of this image runs"
         in made.text
     )
+    assert "#   Dockerfile:3: `ENV DSN` is of the image, and stays in it" in made.text
+    assert "hunter2" not in made.text
     compose = "services:\n  a: {image: ros, command: ros2 run p e, environment: [ROS_DOMAIN_ID=6]}\n"
     made = draft(lab(tmp_path / "both", {**files, "compose.yaml": compose}))
     assert data(made)["ros"]["domain"] == 6

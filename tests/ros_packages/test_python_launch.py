@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.ros_packages import python_launch
-from swarmctl.ros_packages.launch_description import NotReadError, evaluate
+from swarmctl.ros_packages.launch_description import evaluate
 from swarmctl.ros_packages.launch_files import Launched, Node
+from swarmctl.ros_packages.launch_values import NotReadError
 from swarmctl.ros_packages.package import Package
 
 HEAD = """

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from swarmctl.ros_packages import xml_launch
-from swarmctl.ros_packages.launch_description import Unknown, evaluate
+from swarmctl.ros_packages.launch_description import evaluate
 from swarmctl.ros_packages.launch_files import Launched
+from swarmctl.ros_packages.launch_values import Unknown
 from swarmctl.ros_packages.package import Package
 
 READERS = {".xml": xml_launch.read_xml, ".yaml": xml_launch.read_yaml}
