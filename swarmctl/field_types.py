@@ -407,3 +407,10 @@ def _parameter(value: Any) -> Any:
 _SCALAR: TypeAdapter[Any] = TypeAdapter(Value, config=ConfigDict(allow_inf_nan=False))
 #: A parameter: a Value, a list or a mapping of parameters.
 Parameter = Annotated[Any, _AnyParameter()]
+
+VARIABLE = r"^[a-z][a-z0-9_]{0,39}$"
+VariableName = Annotated[str, matching(
+    VARIABLE, "variables are lower-case letters, digits and _, a letter first, 40 at most",
+    examples=["net"], description="Lower-case letters, digits and _, a letter first.",
+)]  # fmt: skip
+NO_VARS: dict[VariableName, Parameter] = {}  # one for all entries without

@@ -126,7 +126,7 @@ def is_near(word: str, other: str) -> bool:
 
 @lru_cache(maxsize=4096)  # one wrong name may stand in ten thousand places
 def _guess(word: str, known: tuple[str, ...]) -> Guess:
-    if word.lower() in FOREIGN:
+    if word in known or word.lower() in FOREIGN:
         return Guess()
     other = next((one for one in _OTHER_WORDS.get(word, "").split() if one in known), None)
     if other is not None:

@@ -27,6 +27,10 @@ def test_nothing_is_guessed_of_a_name_unlike_all_of_them() -> None:
     assert did_you_mean("kitchen-door", ROBOTS, "robots") == ()
 
 
+def test_a_name_is_not_suggested_for_itself() -> None:
+    assert nearest("bot-01234", ROBOTS) is None
+
+
 def test_a_thousand_wrong_names_in_a_large_spec_take_little_work() -> None:
     with work_at_most(100):  # comparing each with all took minutes
         assert all(did_you_mean(f"bott-{number:05}", tuple(ROBOTS), "robots") for number in range(1_000))

@@ -229,7 +229,7 @@ WITHOUT = {
     "bytesize", "domain", "stopbits", "counter_bits", "counts_per_turn", "pulses_per_turn", "distance_scale",
     "max_reading", "battery",
     "none_from", "none_below", "invalid_from", "stride", "first", "order", "zero", "scale", "offset",
-    "max", "values", "extra", "request", "reply", "begins", "linear", "angular", "firmware_below",
+    "max", "values", "vars", "extra", "request", "reply", "begins", "linear", "angular", "firmware_below",
     "speed_units_per_mps", "distances", "params", "args", "options", "encoder", "enable", "forward",
     "backward", "pwm_min", "kp", "ki", "width", "height", "zoom", "modes", "chip", "interface", "system_id",
 }  # fmt: skip

@@ -6,7 +6,7 @@ take a second: the bytes at the line's speed, and the delay between a request an
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -173,13 +173,16 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
         yield number, SerialBudget(link.robot, link.host, load)
 
 
-def command_rates(index: SwarmIndex) -> dict[str, float]:
-    """Returns how often each robot receives commands, Hz: as programs declare, else ``COMMAND_RATE``."""
+def command_rates(index: SwarmIndex, pick: Callable[[float, float], float] = max) -> dict[str, float]:
+    """Returns how often each robot receives commands, Hz: as programs declare, else ``COMMAND_RATE``.
+
+    Of several commanders it is the fastest one's, or the one that ``pick`` returns.
+    """
     rates: dict[str, float] = {}
     for one in index.endpoints:
         if one.publishes and one.rate is not None:
             for robot in index.robots_by_command.get(one.topic, ()):
-                rates[robot] = max(one.rate, rates.get(robot, 0.0))
+                rates[robot] = pick(one.rate, rates.get(robot, one.rate))
     return dict.fromkeys(index.spec.robots, COMMAND_RATE) | rates
 
 

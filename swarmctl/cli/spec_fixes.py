@@ -24,6 +24,8 @@ def checked(spec: SpecFiles) -> Checked:
 
 def with_fixes_counted(spec: SpecFiles, document: Document | None, found: Findings) -> Checked:
     """Like `checked`, of a spec that is loaded. What only the safe fixes show is among the findings."""
+    from dataclasses import replace
+
     from swarmctl.diagnostics import in_order
     from swarmctl.linter.fixes import Stage
     from swarmctl.views.findings.report import Checked
@@ -32,7 +34,13 @@ def with_fixes_counted(spec: SpecFiles, document: Document | None, found: Findin
         return Checked(str(spec), document, found.diagnostics)
     fixable = SpecFixes(spec).fixable(found)
     behind = fixable.safe.behind(found.diagnostics) if found.stage < Stage.RULES else ()
-    shown = in_order((*found.diagnostics, *behind))
+    # a fix that would make the spec worse is not made, so it is not offered either
+    left = {(one.code, one.message) for one in fixable.all.left if one.fix is not None}
+    left -= {(one.code, one.message) for one in fixable.all.made}
+    offered = (
+        replace(one, fix=None) if (one.code, one.message) in left else one for one in found.diagnostics
+    )
+    shown = in_order((*offered, *behind))
     safe, every = (_corrected(shown, fixed) for fixed in (fixable.safe, fixable.all))
     return Checked(str(spec), document, shown, safe, every - safe)
 
@@ -44,8 +52,8 @@ def _corrected(found: Iterable[Diagnostic], fixed: Fixed) -> int:
         edits = one.fix.edits if one.fix else ()
         return (one.code, one.fix.title, frozenset(edit.span.file for edit in edits)) if one.fix else None
 
-    made = set(map(change, fixed.made))
-    return sum(one.fix is not None and change(one) in made for one in found)
+    made, fixes = set(map(change, fixed.made)), {one.fix for one in fixed.made}
+    return sum(one.fix is not None and (one.fix in fixes or change(one) in made) for one in found)
 
 
 class SpecFixes:

@@ -25,6 +25,7 @@ from swarmctl.swarm.resolved import Bridge, Island
 from swarmctl.swarm.robot_urdfs import RobotUrdfs, urdfs_of
 from swarmctl.swarm.ros_processes import ros_processes
 from swarmctl.swarm.topic_origins import Publishers
+from swarmctl.swarm.wireguard_routes import Networks
 from swarmctl.yamltext.source import Loc, Source
 
 
@@ -91,6 +92,16 @@ class RuleContext(SwarmIndex):
         """The islands whose nodes are found by none of another island."""
         providers = ((one, provider_of(self.spec.multimaster, one.distro)) for one in self.islands)
         return tuple(one for one, provider in providers if not provider.reaches(one))
+
+    @cached_property
+    def _sealed(self) -> Networks | None:
+        """The networks over which the hosts of a sealed swarm exchange packets; None for another swarm."""
+        return Networks(self) if self.spec.has_wireguard else None
+
+    def reaches(self, one: str, other: str) -> bool:
+        """True if two hosts share a network, or a third host of a sealed swarm relays between them."""
+        sealed = None if self.meet(one, other) else self._sealed
+        return self.meet(one, other) or (sealed is not None and sealed.relay(one, other) is not None)
 
     @cached_property
     def messages(self) -> MessageCatalog:

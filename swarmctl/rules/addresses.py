@@ -13,6 +13,7 @@ from swarmctl.swarm.addresses import (
     Kind,
     Scheme,
     Subnet,
+    ip_of,
     is_ipv6,
     kind,
     means_self,
@@ -23,6 +24,7 @@ from swarmctl.swarm.addresses import (
 )
 from swarmctl.swarm.ports import ssh_port
 from swarmctl.swarm.resolved import Island
+from swarmctl.yamltext.source import Loc
 
 _LARGEST = 8  # bits that the addresses of the largest private network have in common (RFC 1918)
 _UNFIT = (Kind.UNSPECIFIED, Kind.GROUP, Kind.RESERVED)
@@ -231,15 +233,28 @@ def addresses_in_subnets(context: RuleContext) -> Iterator[Diagnostic]:
                 notes=(Note(context.span("links", index, *key), f"its subnet is {subnets[0]}"),),
                 help=("correct the address, or the `subnet` of the network",),
             )
-        elif home is not None and home.num_addresses > 2 and ip in (home[0], home[-1]):
-            what = "network address of" if ip == home[0] else "broadcast address of"
-            yield Diagnostic(
-                "NET010",
-                f"host `{name}` cannot have the address `{ip}`, the {what} {home}",
-                context.span("hosts", name, "address"),
-                label="not usable by a host",
-                help=(f"choose one between {home[1]} and {home[-2]}, or set the network's `subnet`",),
-            )
+        elif home is not None:
+            yield from _first_or_last(context, ip, home, f"host `{name}`", ("hosts", name))
+    for number, ends in context.ip_links.items():
+        ip = ip_of(ends.link.address)
+        for index, link in context.networks_of[ends.link.host]:
+            subnet = context.subnets[index]
+            if link is ends.network and ip is not None and subnet is not None:
+                yield from _first_or_last(
+                    context, ip, subnet, f"robot `{ends.link.robot}`", ("links", number)
+                )
+
+
+def _first_or_last(context: RuleContext, ip: Ip, home: Subnet, who: str, loc: Loc) -> Iterator[Diagnostic]:
+    if home.num_addresses > 2 and ip in (home[0], home[-1]):
+        what = "network address of" if ip == home[0] else "broadcast address of"
+        yield Diagnostic(
+            "NET010",
+            f"{who} cannot have the address `{ip}`, the {what} {home}",
+            context.span(*loc, "address"),
+            label="no interface can have it",
+            help=(f"choose one between {home[1]} and {home[-2]}, or set the network's `subnet`",),
+        )
 
 
 @rule("NET007")

@@ -11,6 +11,7 @@ from swarmctl.spec.model import Mode
 from swarmctl.swarm.addresses import advertised
 from swarmctl.swarm.command_topics import SENDABLE
 from swarmctl.swarm.resolved import appears_on
+from swarmctl.swarm.shipped_programs import SHIPPED
 from swarmctl.swarm.topics import Endpoint
 from swarmctl.yamltext.edits import append_item, make_fix, remove, set_key
 
@@ -305,7 +306,7 @@ def _commands_anyway(context: RuleContext, host: str, robot: str) -> bool:
     return any(control.by == host and robot in control.of for control in context.spec.control)
 
 
-def _checks_commanders(context: RuleContext, robot: str) -> bool:
+def checks_commanders(context: RuleContext, robot: str) -> bool:
     """True if the driver of ``robot``, or the gate in front of it, rejects commands of others."""
     return robot not in context.ros_drivers or robot in context.gated
 
@@ -323,7 +324,7 @@ def unrecognised_commanders(context: RuleContext) -> Iterator[Diagnostic]:
         program = spec.programs.get(control.by)
         named = control.by in spec.robots or (program is not None and program.names_its_node)
         by = context.commander_host(control.by)
-        checking = [robot for robot in control.of if not named and _checks_commanders(context, robot)]
+        checking = [robot for robot in control.of if not named and checks_commanders(context, robot)]
         ends = [(robot, one) for robot in checking for one in (context.driving.get(robot), by)]
         failing = {robot: host for robot, host in ends if not _names_hosts(context, host)}
         if not failing:
@@ -358,7 +359,7 @@ def robots_without_commanders(context: RuleContext) -> Iterator[Diagnostic]:
         if robot not in named
         and not _names_hosts(context, context.driving[robot])
         and context.authority.leader_of(robot) is not None
-        and _checks_commanders(context, robot)
+        and checks_commanders(context, robot)
     ]
     if left:
         more = f" and {len(left) - 1} more" if len(left) > 1 else ""
@@ -369,3 +370,39 @@ def robots_without_commanders(context: RuleContext) -> Iterator[Diagnostic]:
             label="does not move",
             help=(f"add to `control`: {{by: PROGRAM, of: [{', '.join(left)}]}}",),
         )
+
+
+_BY_HAND = ("teleop_twist_joy", "teleop_twist_keyboard", "joy_teleop", "key_teleop")
+
+
+@rule("AUTH014")
+def outranked_persons(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program that wins over everybody who drives a robot by hand; one finding for each entry."""
+    programs = context.spec.programs
+    by_hand = {name for name, one in programs.items() if one.use in SHIPPED or one.package in _BY_HAND}
+    highest: dict[str, tuple[int, int]] = {}  # of those who drive a robot by hand, with the entry
+    for index, control in enumerate(context.spec.control if by_hand else ()):
+        if control.by in by_hand:
+            for robot in control.of:
+                highest[robot] = max(highest.get(robot, (-1, -1)), (control.priority, index))
+    for index, control in enumerate(context.spec.control if highest else ()):
+        if control.by not in programs or control.by in by_hand:
+            continue
+        robots = [one for one in control.of if highest.get(one, (255, 0))[0] < control.priority]
+        checked = [one for one in robots if checks_commanders(context, one)]
+        if checked:
+            priority, other = highest[checked[0]]
+            person = context.spec.control[other].by
+            more = f" and {len(checked) - 1} more" if len(checked) > 1 else ""
+            yield Diagnostic(
+                "AUTH014",
+                f"nobody takes over `{checked[0]}`{more} by hand while `{control.by}` commands: "
+                f"it wins over `{person}`",
+                context.span("control", index, "priority"),
+                label=f"higher than the {priority} of `{person}`",
+                notes=(Note(context.span("control", other, "by"), "drives by hand"),),
+                help=(
+                    f"give `{person}` a higher priority than `{control.by}`",
+                    f"or ignore this, if `{control.by}` only prevents collisions and is silent otherwise",
+                ),
+            )

@@ -11,7 +11,7 @@ from swarmctl.linter.context import RuleContext, rule
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sketch_settings import DEFAULTS, Firmware, boards, clashes, size_of
 from swarmctl.rules.serial_lines import BAUDS, meant_baud, near_bauds
-from swarmctl.suggest import did_you_mean
+from swarmctl.suggest import guess, suggestion
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
 
@@ -21,12 +21,15 @@ def known_boards(context: RuleContext) -> Iterator[Diagnostic]:
     """A board with unknown limits."""
     for loc, board in _named(context):
         if board not in boards():
+            meant = guess(board, boards())
+            edits = replace_value(context.source, (*loc, "board"), meant.only) if meant.only else ()
             yield Diagnostic(
                 "BOARD001",
                 f"unknown board `{board}`",
                 context.span(*loc, "board"),
                 label="not in the list of boards",
-                help=did_you_mean(board, boards(), "known boards"),
+                help=suggestion(meant, boards(), "known boards"),
+                fix=make_fix(f"write `{meant.only}`", edits, safe=meant.certain),
             )
 
 

@@ -30,7 +30,8 @@ _PACKAGES_OF_ONE_ROS = {
 }
 
 
-def _crossings(context: RuleContext) -> Iterator[tuple[Loc, Crossing]]:
+def crossings(context: RuleContext) -> Iterator[tuple[Loc, Crossing]]:
+    """Yields the entries of `multimaster.topics` with their places, where islands are joined."""
     settings = context.spec.multimaster
     if settings is not None and context.spec.mode in MULTIMASTER and context.joins_islands:
         for index, crossing in enumerate(settings.topics):
@@ -41,7 +42,7 @@ def _crossings(context: RuleContext) -> Iterator[tuple[Loc, Crossing]]:
 def destinations(context: RuleContext) -> Iterator[Diagnostic]:
     """A topic bridged to an unknown island, or only to its own."""
     islands = {island.name: None for island in context.islands}
-    for loc, crossing in _crossings(context):
+    for loc, crossing in crossings(context):
         for place, to in enumerate(crossing.to):
             if to in islands:
                 continue
@@ -76,7 +77,7 @@ def destinations(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("MM011", "MM012")
 def origins(context: RuleContext) -> Iterator[Diagnostic]:
     """A bridged topic without a publisher, or one that every island has."""
-    for loc, crossing in _crossings(context):
+    for loc, crossing in crossings(context):
         where, topic = (*loc, "topic"), crossing.topic
         if topic in context.common_topics and topic != DIAGNOSTICS:
             yield Diagnostic(

@@ -77,6 +77,9 @@ def named_devices(context: RuleContext) -> Iterator[Diagnostic]:
                 f"the serial link of `{link.robot}` has both `usb` and `device`",
                 context.span("links", index, "device"),
                 help=("keep `usb`; the device is then /dev/swarm/" + link.robot,),
+                fix=edits.make_fix(
+                    "remove `device`", edits.remove(context.source, ("links", index, "device")), safe=False
+                ),
             )
 
 
@@ -153,6 +156,11 @@ def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
                 label="its name in /dev/serial/by-id",
                 help=(
                     f"the number is probably its last part: usb: {{serial: {found['serial']}}} {_UDEVADM}",
+                ),
+                fix=edits.make_fix(
+                    f"write `{found['serial']}`",
+                    edits.replace_value(context.source, ("links", index, "usb", "serial"), found["serial"]),
+                    safe=False,
                 ),
             )
         elif link.usb.path is None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import ipaddress
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.render.multimaster import Discovery, provider_of, providers_with
 from swarmctl.spec.ros_model import Multimaster
@@ -40,34 +40,38 @@ def strangers(context: RuleContext) -> Iterator[Diagnostic]:
         return
     settings, _ = found
     hubs = {island.hub: None for island in context.islands}
-    for loc, name, is_key in _masters_named(settings):
+    meant: set[tuple[Loc, str]] = set()
+    for loc, name, beside in _masters_named(settings):
         if name in hubs:
             continue
-        home = context.home.get(name)
-        near = nearest(name, hubs) if name not in context.spec.hosts else None
+        home, others = context.home.get(name), [one for one in hubs if one not in (beside or ())]
+        near = nearest(name, others) if name not in context.spec.hosts else None
+        is_free = near is not None and beside is not None and (loc[:-1], near) not in meant
+        meant |= {(loc[:-1], near)} if near else set()
         yield Diagnostic(
             "MM001",
             f"`{name}` runs no master" if name in context.spec.hosts else f"unknown host `{name}`",
-            context.span(*loc, key=is_key),
+            context.span(*loc, key=beside is None),
             label="only hosts that run a master can be listed",
             help=(f"name `{home.hub}`, which runs the master of `{name}`",)
             if home is not None
-            else did_you_mean(name, hubs, "the hosts with a master are"),
+            else did_you_mean(name, others, "the hosts with a master are"),
             fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=False)
-            if near and not is_key
+            if is_free
             else None,
         )
 
 
-def _masters_named(settings: Multimaster) -> Iterator[tuple[Loc, str, bool]]:
-    """Yields the place and name of every listed master, and whether it is a key."""
+def _masters_named(settings: Multimaster) -> Iterator[tuple[Loc, str, Collection[str] | None]]:
+    """Yields the place and name of every listed master, and what cannot stand there too; None for a key."""
     for hub, peers in settings.robot_hosts.items():
-        yield ("multimaster", "robot_hosts", hub), hub, True
+        yield ("multimaster", "robot_hosts", hub), hub, None
         for index, name in enumerate(peers):
-            yield ("multimaster", "robot_hosts", hub, index), name, False
+            yield ("multimaster", "robot_hosts", hub, index), name, (hub, *peers)
     for key in ("sync_hosts", "ignore_hosts"):
-        for index, name in enumerate(getattr(settings, key)):
-            yield ("multimaster", key, index), name, False
+        listed = getattr(settings, key)
+        for index, name in enumerate(listed):
+            yield ("multimaster", key, index), name, listed
 
 
 @rule("MM002")
@@ -90,9 +94,7 @@ def one_sided_peers(context: RuleContext) -> Iterator[Diagnostic]:
                 label="one-sided peer",
                 notes=(Note(context.span(*loc), f"the peers of `{other}`"),),
                 help=(f"add `{hub}` to the list of `{other}`",),
-                fix=make_fix(
-                    f"add `{hub}` to the list of `{other}`", append_item(context.source, loc, hub), safe=False
-                ),
+                fix=_appended(context, back, loc, hub, f"add `{hub}` to the list of `{other}`"),
             )
 
 
@@ -208,7 +210,7 @@ def parted_islands(context: RuleContext) -> Iterator[Diagnostic]:
             if frozenset((one, other)) in seen:
                 continue
             seen.add(frozenset((one, other)))
-            if not context.shared_networks(one, other):
+            if not context.reaches(one, other):
                 yield Diagnostic(
                     "MM007",
                     f"`{bridge.topic}` is bridged from `{one}` to `{other}`, which share no network",
@@ -286,9 +288,18 @@ def excluded_origins(context: RuleContext) -> Iterator[Diagnostic]:
             else context.span("multimaster", key),
             label="excluded here" if ignored else f"without `{hub}`",
             help=(f"remove `{hub}` from the list" if ignored else f"add `{hub}` to `sync_hosts`",),
-            fix=None
+            fix=make_fix(
+                f"remove `{hub}`",
+                remove(context.source, ("multimaster", key, settings.ignore_hosts.index(hub))),
+                safe=False,
+            )
             if ignored
-            else make_fix(
-                f"add `{hub}`", append_item(context.source, ("multimaster", "sync_hosts"), hub), safe=False
-            ),
+            else _appended(context, settings.sync_hosts, ("multimaster", "sync_hosts"), hub, f"add `{hub}`"),
         )
+
+
+def _appended(context: RuleContext, listed: Collection[str], loc: Loc, hub: str, title: str) -> Fix | None:
+    """Returns the fix that adds a master to a list; None if a wrong name in it may mean that one."""
+    if not {island.hub for island in context.islands}.issuperset(listed):
+        return None
+    return make_fix(title, append_item(context.source, loc, hub), safe=False)

@@ -67,7 +67,7 @@ def _of_lines(context: RuleContext) -> Iterator[Opened]:
     for index, link in context.lines:
         device = link.device_of(0, 1, "") if isinstance(link, Serial) else None
         if isinstance(link, Serial) and device is not None:
-            path = device.path if link.usb is not None else _path(context, link)
+            path = posixpath.normpath(device.path)
             place = partial(context.span, "links", index, *_place(link))
             yield Opened(link.host, path, f"robot `{link.robot}`", place)
 

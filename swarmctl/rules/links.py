@@ -11,14 +11,18 @@ from swarmctl.links.bluetooth_link import Bluetooth
 from swarmctl.links.serial_link import Serial
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.plugins import LINK_KINDS
+from swarmctl.rules.modes import wrong_word
 from swarmctl.spec.model import Mode
+from swarmctl.swarm.addresses import normal
 from swarmctl.yamltext.edits import append_item, make_fix, set_key
 
 
 @rule("LINK001", "LINK002", "LINK003")
 def robot_lines(context: RuleContext) -> Iterator[Diagnostic]:
     """A robot with no link, with several, or with a link to another host."""
-    spec = context.spec
+    spec, meant = context.spec, None
+    if spec.mode is Mode.SINGLE_MINDED and spec.leader is not None:
+        meant = wrong_word(context, (), spec.leader, spec.hosts)
     for name, found in context.lines_of.items():
         host = context.driving[name]
         if not found and name not in context.driven_robots and not context.link_kinds(name):
@@ -56,6 +60,7 @@ def robot_lines(context: RuleContext) -> Iterator[Diagnostic]:
                 label="another host",
                 notes=(Note(context.span(*place), f"`{host}` runs the driver"),),
                 help=(f"set the link's `host: {host}`, or run the driver on `{link.host}`",),
+                fix=meant,
             )
 
 
@@ -190,15 +195,15 @@ def placeholders(context: RuleContext) -> Iterator[Diagnostic]:
 _CAREFUL = 0.7  # share of a wireless link above which packets wait for each other
 
 
-@rule("LINK012")
+@rule("LINK012", "LINK015")
 def full_links(context: RuleContext) -> Iterator[Diagnostic]:
-    """A link that is to carry more than its capacity."""
+    """A link that is to carry nearly its capacity, or more."""
     for budget in ip_link_budgets(context):
         if budget.share is None or budget.share <= _CAREFUL:
             continue
         yield Diagnostic(
-            "LINK012",
-            f"the link of robot `{budget.robot}` carries {budget.needed_mbps:.3g} of "
+            "LINK015" if budget.share > 1 else "LINK012",
+            f"the link of robot `{budget.robot}` has to carry {budget.needed_mbps:.3g} of "
             f"{budget.capacity_mbps:g} Mbit/s",
             context.span("links", budget.link, "capacity_mbps"),
             label=f"{budget.share:.0%} of its capacity",
@@ -208,3 +213,23 @@ def full_links(context: RuleContext) -> Iterator[Diagnostic]:
                 "`load_mbps` of the type's link has what the robot really sends, where it was measured",
             ),
         )
+
+
+@rule("LINK014")
+def addresses_of_hosts(context: RuleContext) -> Iterator[Diagnostic]:
+    """A robot with the address of a host."""
+    hosts = {normal(host.address): name for name, host in context.spec.hosts.items()}
+    for index, ends in context.ip_links.items():
+        host = hosts.get(normal(ends.link.address))
+        if host is not None:
+            yield Diagnostic(
+                "LINK014",
+                f"robot `{ends.link.robot}` has the address of host `{host}`",
+                context.span("links", index, "address"),
+                label="the packets to the robot arrive at the host",
+                notes=(Note(context.span("hosts", host, "address"), f"host `{host}`"),),
+                help=(
+                    "write the address of the robot itself",
+                    f"or ignore this, if `{host}` simulates the robot or passes its packets on",
+                ),
+            )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.render.multimaster import joins_islands
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode
+from swarmctl.swarm.bridges import provider_name
 from swarmctl.swarm.discovery import has_master
 from swarmctl.swarm.modes import ROLES, hub_of
 from swarmctl.yamltext.edits import append_item, make_fix, remove, rename_key, replace_value, set_key
@@ -66,7 +67,9 @@ def _role(
             if role and role.key in named
             else (),
             help=(help_,),
-            fix=make_fix(help_, remove(context.source, (*loc, other)), safe=False)
+            fix=None
+            if context.spec.mode is Mode.COMBINED and not context.spec.islands  # the mode may be wrong
+            else make_fix(help_, remove(context.source, (*loc, other)), safe=False)
             if role is None or role.key in named
             else make_fix(
                 f"rename the key to `{role.key}`",
@@ -81,20 +84,25 @@ def robots_have_hosts(context: RuleContext) -> Iterator[Diagnostic]:
     """A robot without `host`, in a mode other than single-minded."""
     spec = context.spec
     others = any(robot.host is not None for robot in spec.robots.values())  # else the mode may be wrong
+    alone = None
+    starts = {line.host for _, line in context.lines}
+    if spec.mode is Mode.LEADER and not others and len(spec.robots) > 1 and starts == {spec.leader}:
+        edits = replace_value(context.source, ("mode",), Mode.SINGLE_MINDED.value)
+        alone = make_fix("write `mode: single-minded`", edits, safe=False)
     for name, robot in spec.robots.items():
         if robot.host is None and spec.mode is not Mode.SINGLE_MINDED:
             lines = [line.host for _, line in context.lines_of[name]]
             host = lines[0] if lines else next(iter(spec.hosts))
+            edits = set_key(context.source, ("robots", name), "host", host)
             yield Diagnostic(
                 "MODE004",
                 f"robot `{name}` has no host",
                 context.span("robots", name, "host", key=True),
                 label="`host` missing",
                 help=(f"add `host: {host}`",),
-                fix=make_fix(
-                    f"add `host: {host}`",
-                    set_key(context.source, ("robots", name), "host", host),
-                    safe=others and len(lines) == 1 and host in spec.hosts,
+                fix=alone
+                or make_fix(
+                    f"add `host: {host}`", edits, safe=others and len(lines) == 1 and host in spec.hosts
                 ),
             )
 
@@ -102,9 +110,10 @@ def robots_have_hosts(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("MODE005", "MODE006")
 def hosts_without_ros(context: RuleContext) -> Iterator[Diagnostic]:
     """Programs and drivers on other hosts than the leader, where only the leader runs ROS."""
-    leaders = _sole_leaders(context)
-    if not leaders:
-        return
+    leaders, meant = {}, {}
+    for loc, leader, hosts in _under_sole_leaders(context):
+        leaders.update(dict.fromkeys(hosts, leader))
+        meant[leader] = wrong_word(context, loc, leader, hosts)
     spec = context.spec
     for name, program in spec.programs.items():
         host = context.program_hosts[name]
@@ -115,18 +124,21 @@ def hosts_without_ros(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span("programs", name, "host" if program.host else "robot"),
                 label="runs no ROS in mode `single-minded`",
                 help=(f"run it on `{leaders[host]}`, or choose mode `leader`",),
-                fix=_moved(context, ("programs", name, "host"), leaders[host]) if program.host else None,
+                fix=meant[leaders[host]]
+                or (_moved(context, ("programs", name, "host"), leaders[host]) if program.host else None),
             )
     for name, robot in spec.robots.items():
         if robot.host is not None and leaders.get(robot.host, robot.host) != robot.host:
             leader = leaders[robot.host]
+            starts_there = leader in {line.host for _, line in context.lines_of[name]}
             yield Diagnostic(
                 "MODE006",
                 f"robot `{name}` cannot be driven by `{robot.host}`: only the leader `{leader}` runs ROS",
                 context.span("robots", name, "host"),
                 label="runs no ROS in mode `single-minded`",
-                help=(f"write `host: {leader}`, and start the robot's link there",),
-                fix=_moved(context, ("robots", name, "host"), leader),
+                help=(f"write `host: {leader}`, and start the robot's link there, or choose mode `leader`",),
+                fix=meant[leader]
+                or (_moved(context, ("robots", name, "host"), leader) if starts_there else None),
             )
 
 
@@ -134,19 +146,34 @@ def _moved(context: RuleContext, loc: Loc, host: str) -> Fix | None:
     return make_fix(f"write `host: {host}`", replace_value(context.source, loc, host), safe=False)
 
 
-def _sole_leaders(context: RuleContext) -> dict[str, str]:
-    """Returns by host the leader that alone runs ROS: the swarm's, or the one of its island."""
+def _under_sole_leaders(context: RuleContext) -> Iterator[tuple[Loc, str, Collection[str]]]:
+    """Yields where a leader that alone runs ROS is named, the leader, and the hosts it leads."""
     spec = context.spec
     if spec.mode is Mode.SINGLE_MINDED and spec.leader is not None:
-        return dict.fromkeys(spec.hosts, spec.leader)
-    if spec.mode is not Mode.COMBINED:
-        return {}
-    return {
-        host: island.leader
-        for island in spec.islands.values()
-        if Mode(island.mode) is Mode.SINGLE_MINDED and island.leader is not None
-        for host in island.hosts
-    }
+        yield (), spec.leader, spec.hosts
+    for name, island in spec.islands.items() if spec.mode is Mode.COMBINED else ():
+        if Mode(island.mode) is Mode.SINGLE_MINDED and island.leader is not None:
+            yield ("islands", name), island.leader, island.hosts
+
+
+def wrong_word(context: RuleContext, loc: Loc, leader: str, hosts: Collection[str]) -> Fix | None:
+    """Returns the fix of the mode or leader at ``loc``, where all that these hosts do contradicts it.
+
+    Robots whose lines start at their own hosts need another mode; where one other host does all, it leads.
+    """
+    robots, programs = context.spec.robots, context.spec.programs.values()
+    lines = {(name, line.host) for name, found in context.lines_of.items() for _, line in found}
+    works = {host for _, host in lines}
+    works |= {one.host or "" for one in robots.values()} | {one.host or "" for one in programs}
+    others = works.intersection(hosts) - {leader}
+    if len(others) == 1 and leader not in works:
+        (other,) = others
+        edits = replace_value(context.source, (*loc, "leader"), other)
+        return make_fix(f"write `leader: {other}`", edits, safe=False)
+    if any((name, one.host) in lines and one.host in others for name, one in robots.items()):
+        edits = replace_value(context.source, (*loc, "mode"), "leader")
+        return make_fix("write `mode: leader`", edits, safe=False)
+    return None
 
 
 @rule("MODE007")
@@ -161,32 +188,43 @@ def unused_islands(context: RuleContext) -> Iterator[Diagnostic]:
             label="has no effect",
             notes=(Note(context.span("mode"), "the mode"),),
             help=("remove them, or write `mode: combined`",),
-            fix=make_fix("remove `islands`", remove(context.source, ("islands",)), safe=False),
+            fix=make_fix(
+                "write `mode: combined`", replace_value(context.source, ("mode",), "combined"), safe=False
+            )
+            if spec.leader is None and spec.hub is None
+            else None,
         )
 
 
 @rule("MODE016")
 def optional_hubs(context: RuleContext) -> Iterator[Diagnostic]:
-    """An optional host that runs the master of other hosts."""
+    """An optional host that runs the master, or all discovery servers, of other hosts."""
     spec = context.spec
     for island in context.islands:
-        hub, master_mb = spec.hosts.get(island.hub), context.distros[island.distro].master_mb
-        if not master_mb or len(island.hosts) < 2 or hub is None or not hub.optional:
+        master_mb = context.distros[island.distro].master_mb
+        servers = (island.hub,) if master_mb else island.discovery.servers
+        if len(island.hosts) < 2 or not servers or not all(_is_optional(spec, one) for one in servers):
             continue
         nested = spec.mode is Mode.COMBINED
         loc: Loc = ("islands", island.name) if nested else ()
-        key = ROLES[Mode(spec.islands[island.name].mode) if nested else spec.mode].key
+        role = ROLES.get(Mode(spec.islands[island.name].mode) if nested else spec.mode)
+        loc = (*loc, role.key) if role is not None and servers == (island.hub,) else ("ros", "servers")
+        duty, only = ("master", "") if master_mb else ("discovery server", "only ")
         yield Diagnostic(
             "MODE016",
-            f"host `{island.hub}` is optional, but runs the master of {len(island.hosts)} hosts",
-            context.span("hosts", island.hub, "optional"),
+            f"host `{servers[0]}` is optional, but runs the {only}{duty} of {len(island.hosts)} hosts",
+            context.span("hosts", servers[0], "optional"),
             label="required by all of them",
-            notes=(Note(context.span(*loc, key), "its role"),),
-            help=("remove `optional`, or run the master on another host",),
+            notes=(Note(context.span(*loc), "its role"),),
+            help=(f"remove `optional`, or run the {duty} on another host",),
             fix=make_fix(
-                "remove `optional`", remove(context.source, ("hosts", island.hub, "optional")), safe=False
+                "remove `optional`", remove(context.source, ("hosts", servers[0], "optional")), safe=False
             ),
         )
+
+
+def _is_optional(spec: model.Spec, host: str) -> bool:
+    return host in spec.hosts and spec.hosts[host].optional
 
 
 @rule("MODE010")
@@ -231,6 +269,13 @@ def island_membership(context: RuleContext) -> Iterator[Diagnostic]:
                 else f"a host {'follows one master' if context.has_masters else 'is on one island'}",
                 notes=(Note(context.span("islands", other, "hosts", earlier), "first entry"),),
                 help=("keep one of the two; topics that the other island needs are bridged",),
+                fix=make_fix(
+                    f"remove the second `{host}`",
+                    remove(context.source, ("islands", name, "hosts", place)),
+                    safe=False,
+                )
+                if same
+                else None,
             )
     ways = {host.via for host in spec.hosts.values()} - _working(
         context
@@ -254,6 +299,18 @@ def unjoined_islands(context: RuleContext) -> Iterator[Diagnostic]:
     if len(islands) < 2 or context.joins_islands:
         return
     methods = {one.discovery.method for one in context.unreached}
+    named, distros = spec.multimaster and spec.multimaster.provider, tuple(context.distros)
+    if named and joins_islands(None, distros) and not joins_islands(spec.multimaster, distros):
+        loc, ours = ("multimaster", "provider"), provider_name(None, distros[0])
+        yield Diagnostic(
+            "MODE017",
+            f"the provider `{named}` does not join islands of `{'` and `'.join(distros)}`",
+            context.span(*loc),
+            label="the islands share no topics",
+            help=(f"write `{ours}`, or leave `provider` out",),
+            fix=make_fix(f"write `{ours}`", replace_value(context.source, loc, ours), safe=False),
+        )
+        return
     if not joins_islands(spec.multimaster, tuple(context.distros)):
         why = f"swarmctl does not bridge islands of `{'` and `'.join(context.distros)}`"
     elif methods:

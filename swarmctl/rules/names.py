@@ -6,6 +6,9 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.rules.topics import of_robots
+from swarmctl.spec.program_model import Program
 from swarmctl.suggest import nearest
 from swarmctl.swarm import names
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value
@@ -18,18 +21,26 @@ def _graph_names(context: RuleContext) -> Iterator[tuple[str, Loc, bool]]:
         for name, one in getattr(context.spec, kind).items():
             if one.namespace is not None:
                 yield one.namespace, (kind, name, "namespace"), False
-    for program_name, program in context.spec.programs.items():
-        for key in ("publishes", "subscribes"):
-            for index, topic in enumerate(getattr(program, key)):
-                yield topic.topic, ("programs", program_name, key, index, "topic"), False
-        for key in ("provides", "calls"):
-            for index, service in enumerate(getattr(program, key)):
-                yield service.name, ("programs", program_name, key, index, "name"), False
-        for old, new in program.remap.items():
-            yield old, ("programs", program_name, "remap", old), True
-            yield new, ("programs", program_name, "remap", old), False
+    for name, program in context.spec.programs.items():
+        yield from _names_of(program, "programs", name)
+    used = {id(one) for one in context.ros_drivers.values()}
+    for loc, declared in of_robots(context):
+        if isinstance(declared, RosDriver) and id(declared) in used:
+            yield from _names_of(declared, *loc)
     for index, crossing in enumerate(context.spec.multimaster.topics if context.spec.multimaster else ()):
         yield crossing.topic, ("multimaster", "topics", index, "topic"), False
+
+
+def _names_of(one: Program | RosDriver, *loc: str | int) -> Iterator[tuple[str, Loc, bool]]:
+    for key in ("publishes", "subscribes"):
+        for index, topic in enumerate(getattr(one, key)):
+            yield topic.topic, (*loc, key, index, "topic"), False
+    for key in ("provides", "calls"):
+        for index, service in enumerate(getattr(one, key, ())):
+            yield service.name, (*loc, key, index, "name"), False
+    for old, new in one.remap.items():
+        yield old, (*loc, "remap", old), True
+        yield new, (*loc, "remap", old), False
 
 
 @rule("NAME001")
@@ -45,6 +56,21 @@ def spelling(context: RuleContext) -> Iterator[Diagnostic]:
                 label=_flaw(name, meant),
                 help=(f"write `{meant}`",) if meant else ("add a name after it",),
                 fix=_respelt(context, loc, is_key, meant) if meant else None,
+            )
+
+
+@rule("NAME001", needs="domains")
+def digits(context: RuleContext) -> Iterator[Diagnostic]:
+    """A name with a part that begins with a digit, which ROS 2 refuses."""
+    for name, loc, is_key in _graph_names(context):
+        part = next((one for one in name.split("/") if one[:1].isdigit()), None)
+        if part is not None and loc[0] != "multimaster":  # its publisher may be of ROS 1
+            yield Diagnostic(
+                "NAME001",
+                f"`{name}` is not a valid name of ROS 2: `{part}` begins with a digit",
+                context.span(*loc, key=is_key),
+                label="the node ends with an error",
+                help=("begin each part with a letter or `_`, here and in the node",),
             )
 
 
@@ -143,7 +169,7 @@ def _part_of(context: RuleContext, robot: str, node: str) -> str | None:
     return "gate" if robot in context.gated and node == names.gate_node(space) else None
 
 
-@rule("NAME012")
+@rule("NAME012", names=True)
 def namespaces(context: RuleContext) -> Iterator[Diagnostic]:
     """Two robots in one namespace, or one within that of the other."""
     first: dict[str, str] = {}
@@ -161,6 +187,8 @@ def namespaces(context: RuleContext) -> Iterator[Diagnostic]:
 def _shared_namespace(context: RuleContext, robot: str, other: str, text: str) -> Diagnostic:
     written = [one for one in (robot, other) if context.spec.robots[one].namespace is not None]
     place, rest = (robot, other) if robot in written else (other, robot)
+    own = _own_namespaces(context, robot, other)
+    shown = " and ".join(f"`{one[1:]}`" for one in own.values())
     return Diagnostic(
         "NAME012",
         f"robots `{other}` and `{robot}` {text}",
@@ -174,15 +202,24 @@ def _shared_namespace(context: RuleContext, robot: str, other: str, text: str) -
                 "the other robot",
             ),
         ),
-        help=("give each robot its own, such as " + _example(context, robot, other),),
+        help=(f"give each robot its own, such as {shown}",),
+        fix=_own_namespace(context, place, own[place]),
     )
 
 
-def _example(context: RuleContext, robot: str, other: str) -> str:
+def _own_namespace(context: RuleContext, robot: str, space: str) -> Fix | None:
+    """Returns the fix that gives a robot a namespace; None if that is not apart from those of others."""
+    others = [one for name, one in context.namespaces.items() if name != robot]
+    if any(one == space or one in names.above(space) or space in names.above(one) for one in others):
+        return None
+    edits = replace_value(context.source, ("robots", robot, "namespace"), space[1:])
+    return make_fix(f"write `namespace: {space[1:]}`", edits, safe=False)
+
+
+def _own_namespaces(context: RuleContext, robot: str, other: str) -> dict[str, str]:
     """Returns two namespaces beside each other, below the one that holds both robots."""
     space = min((context.namespaces[one] for one in (robot, other)), key=len).rpartition("/")[0]
-    both = (space + names.robot_namespace(one, None) for one in sorted((robot, other)))
-    return " and ".join(f"`{one[1:]}`" for one in both)
+    return {one: space + names.robot_namespace(one, None) for one in sorted((robot, other))}
 
 
 @rule("NAME009")

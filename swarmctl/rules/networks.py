@@ -17,13 +17,13 @@ _SHOWN = 5  # hosts in a message
 
 @rule("NET001")
 def paths_to_hub(context: RuleContext) -> Iterator[Diagnostic]:
-    """A host that shares no network with its hub."""
+    """A host that reaches its hub over no network."""
     for island in context.islands:
         if len(island.hosts) > 1 and not context.networks_of[island.hub] and context.networks:
             yield _hub_alone(context, island.hub, [name for name in island.hosts if name != island.hub])
             continue
         for name in island.hosts:
-            if not context.meet(name, island.hub):
+            if not context.reaches(name, island.hub):
                 yield Diagnostic(
                     "NET001",
                     f"host `{name}` cannot reach its hub `{island.hub}`",

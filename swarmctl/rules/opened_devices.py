@@ -1,4 +1,4 @@
-"""The devices that ROS packages open by themselves, as drivers and programs name them."""
+"""The devices that drivers and programs open by themselves, as they name them."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from typing import NamedTuple
 from swarmctl.diagnostics import Diagnostic, Span, note_of_other
 from swarmctl.linter.context import RuleContext
 from swarmctl.robot_types.ros_driver import RosDriver
-from swarmctl.robot_types.ros_launchable import Loc, PlaceholderError, filled
+from swarmctl.robot_types.ros_launchable import Loc, PlaceholderError, escaped, filled
 from swarmctl.rules.drivers import place_of_driver
+from swarmctl.spec.program_model import Program
 from swarmctl.swarm.program_values import texts_of
 
 _DEVICE = re.compile(r"(?:^|[\s=,:]|://)(/dev/(?:serial/by-path/\S+|[\w./+=@~-]+))", re.ASCII)
 _FOR_ALL = re.compile(  # that several programs can have open
-    r"/dev/((input|shm|dri|snd|bus|pts|fd|mqueue)(/.*)?|(std|i2c-|gpio|nvidia|rtc).*|null|zero|full|u?random|k?mem|kmsg|log)"
+    r"/dev/((input|shm|dri|snd|bus|pts|fd|mqueue|net|dma_heap|vfio)(/.*)?|(std|i2c-|spidev|gpio|nvidia|nvh|rtc|hidraw|media|vc).*"
+    r"|video[1-9][0-9]|null|zero|full|u?random|k?mem|kmsg|log|tty|kvm|kfd|fuse)"
 )
 
 
@@ -53,7 +55,7 @@ def opened_twice(context: RuleContext, of_links: Iterable[Opened]) -> Iterator[D
             notes=note_of_other(earlier.span(), span),
             help=(
                 f"give {one.owner} a host of its own",
-                "or name another device in its params or args; a robot has them in a `driver` of its own",
+                "or name another device in its params, args or command; those of a robot are in its `driver`",
             ),
         )
 
@@ -83,15 +85,24 @@ def _named_by(driver: RosDriver) -> Iterator[tuple[Loc, str]]:
 def _of_programs(context: RuleContext, users: Counter[str | None]) -> Iterator[Opened]:
     for name, program in context.spec.programs.items():
         host = context.program_hosts[name]
-        if program.package is None or host is None or users[host] < 2:
+        if host is None or users[host] < 2 or (program.package is None and program.lifecycle != "service"):
             continue
-        for loc, text in texts_of(program):
+        for loc, text in _texts(program):
             if "/dev/" in text:
                 space = context.program_namespaces[name][1:]
                 values = {"program": name, "namespace": space, "robot": program.robot or "", "host": host}
                 for device in _devices(text, values):
                     place = partial(context.span, "programs", name, *loc)
                     yield Opened(host, device, f"program `{name}`", place)
+
+
+def _texts(program: Program) -> Iterator[tuple[Loc, str]]:
+    """Yields the texts with devices of the host: those in a container's command are the container's own."""
+    if program.container is None:
+        yield from texts_of(program)
+    else:
+        devices = enumerate(program.container.devices)
+        yield from ((("container", "devices", index), escaped(device)) for index, device in devices)
 
 
 def _devices(text: str, values: Mapping[str, str]) -> Iterator[str]:

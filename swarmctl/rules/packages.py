@@ -10,6 +10,7 @@ from dataclasses import replace
 from swarmctl.diagnostics import Diagnostic, Fix, Span
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.linter.launch_uses import declared_launches
+from swarmctl.plugins import MIDDLEWARES
 from swarmctl.ros_packages.builds import with_dependencies
 from swarmctl.ros_packages.launch_files import Place
 from swarmctl.ros_packages.message_catalog import common_messages
@@ -20,6 +21,14 @@ from swarmctl.swarm.command_topics import COMMAND
 from swarmctl.swarm.names import resolved
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
+
+_UBUNTU = {  # REP 3 and REP 2000
+    **dict.fromkeys(("kinetic", "lunar"), "16.04"),
+    **dict.fromkeys(("melodic", "crystal", "dashing", "eloquent"), "18.04"),
+    **dict.fromkeys(("noetic", "foxy", "galactic"), "20.04"),
+    **dict.fromkeys(("humble", "iron"), "22.04"),
+    **dict.fromkeys(("jazzy", "kilted"), "24.04"),
+}
 
 
 @rule("PKG001", "PKG002", needs="catkin")
@@ -120,6 +129,55 @@ def _named(context: RuleContext) -> Iterator[tuple[Loc, str]]:
             yield ("programs", name, "package"), program.package
         for index, one in enumerate(program.requires):
             yield ("programs", name, "requires", index), one
+
+
+@rule("PKG024")
+def debian_names(context: RuleContext) -> Iterator[Diagnostic]:
+    """A Debian package where the name of a ROS package belongs."""
+    for loc, name in _named(context):
+        head, _, rest = name.partition("-")
+        distro, _, own = rest.partition("-")
+        of_ros = head == "ros" and distro in MIDDLEWARES and bool(own)
+        if (of_ros or head == "python3") and rest and name not in context.document.packages.by_name:
+            meant = own.replace("-", "_")
+            yield Diagnostic(
+                "PKG024",
+                f"`{name}` is a Debian package, not a ROS package",
+                context.span(*loc),
+                label="as apt names it",
+                help=(f"write `{meant}`",)
+                if of_ros
+                else (f"write `install: {{apt: [{name}]}}` at the program, which `prepare` then installs",),
+                fix=make_fix(f"write `{meant}`", replace_value(context.source, loc, meant), safe=meant == own)
+                if of_ros
+                else None,
+            )
+
+
+@rule("PKG025")
+def other_releases(context: RuleContext) -> Iterator[Diagnostic]:
+    """A Debian package of a ROS distribution that the host's release of Ubuntu does not have."""
+    installs = [
+        *((("hosts", name), name, host.install) for name, host in context.spec.hosts.items()),
+        *(
+            (("programs", name), context.program_hosts[name], one.install)
+            for name, one in context.spec.programs.items()
+        ),
+    ]
+    for loc, host, install in installs:
+        for index, package in enumerate(install.apt if install else ()):
+            distro, own = package.removeprefix("ros-").partition("-")[0], context.distro_of_host(host)
+            release = _UBUNTU.get(distro) if package.startswith("ros-") else None
+            if release is not None and release != _UBUNTU.get(own, release):
+                meant = package.replace(distro, own, 1)
+                yield Diagnostic(
+                    "PKG025",
+                    f"`{package}` is for Ubuntu {release}, and `{own}` for {_UBUNTU[own]}",
+                    context.span(*loc, "install", "apt", index),
+                    label=f"of ROS {distro}",
+                    help=(f"did you mean `{meant}`?",),
+                    fix=_write(context, (*loc, "install", "apt", index), Guess((meant,), certain=False)),
+                )
 
 
 def _write(context: RuleContext, loc: Loc, meant: Guess) -> Fix | None:

@@ -21,7 +21,7 @@ from swarmctl.yamltext import edits
 def clashes(context: RuleContext) -> Iterator[Diagnostic]:
     """Two servers on one port of one address; the second one does not start."""
     found: dict[tuple[object, int, str], list[Listener]] = {}
-    for one in context.listeners:
+    for one in (*context.listeners, *_of_programs(context)):
         found.setdefault((_address(context, one.host), one.port, one.protocol), []).append(one)
     # One finding for all ports of two hosts or of two drivers; servers that always run come first.
     reported: dict[frozenset[str], tuple[Listener, Listener]] = {}
@@ -43,9 +43,31 @@ def clashes(context: RuleContext) -> Iterator[Diagnostic]:
         yield _clash(context, first, other)
 
 
+#: Packages whose node serves browsers and viewers at its parameter `port`, with the default.
+_SERVERS = {"rosbridge_server": 9090, "web_video_server": 8080, "foxglove_bridge": 8765}
+
+
+def _of_programs(context: RuleContext) -> Iterator[Listener]:
+    """Yields the ports of known servers that are programs; of one bound to an address that is not known."""
+    for name, program in context.spec.programs.items():
+        usual, host = _SERVERS.get(program.package or ""), context.program_hosts[name]
+        if usual is None or host is None or program.lifecycle != "service":
+            continue
+        key, values = program.named_values
+        port = values.get("port", usual)
+        if (
+            isinstance(port, int)
+            and port > 0
+            and "address" not in values
+            and "udp" not in str(program.executable)
+        ):
+            loc = ("programs", name, *((key, "port") if "port" in values else ()))
+            yield Listener(host, port, f"program `{name}`", loc)
+
+
 def _owner(one: Listener) -> str:
-    """Returns whose port it is: a robot's driver, or the host of the swarm's own servers."""
-    return one.what if one.of_robot else one.host
+    """Returns whose port it is: a robot's driver, a program, or the host of the swarm's own servers."""
+    return one.what if one.of_robot or one.loc[0] == "programs" else one.host
 
 
 def _address(context: RuleContext, host: str) -> object:
@@ -93,8 +115,8 @@ def _of_a_domain(one: Listener) -> bool:
 def _place(context: RuleContext, one: Listener) -> Span:
     """Returns the place of the port in the spec; for a default, the host that listens there."""
     host, ros = context.spec.hosts[one.host], context.spec.ros
-    if one.of_robot:
-        return context.span(*one.loc)
+    if one.of_robot or one.loc[0] == "programs":
+        return context.span(*one.loc, key=len(one.loc) == 2)
     if one.loc[0] == "hosts":
         given = one.loc[2] in host.model_fields_set
     else:

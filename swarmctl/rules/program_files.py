@@ -18,7 +18,7 @@ from swarmctl.swarm.program_values import TemplateError, rendered, template_valu
 from swarmctl.swarm.recordings import record_words
 from swarmctl.swarm.resolve import resolve
 from swarmctl.swarm.resolved import Swarm
-from swarmctl.yamltext.edits import make_fix, replace_value
+from swarmctl.yamltext.edits import make_fix, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
 
 
@@ -161,6 +161,8 @@ _EXPANDED_BY_ROS = "ROSCONSOLE_FORMAT"  # rosconsole replaces ${severity}, ${mes
 _COMMAND = re.compile(r"`[^`]+`")
 
 _SHELLS = frozenset({"bash", "dash", "sh", "zsh"})
+_BUILTINS = frozenset({"source", ".", "cd", "export", "alias", "unset", "set", "ulimit", "umask"})
+_OF_ROS_1 = frozenset({"rosrun", "roslaunch", "rosbag", "rostopic", "rosservice", "rosnode", "rosparam"})
 _OPERATORS = frozenset({"&&", "||", "|", ";", "&", ">", ">>", "<", "2>", "2>&1", "&>"})
 _QUOTED = '"FIRST && SECOND"'
 _LAUNCH = (".launch", ".xml", ".test")
@@ -209,14 +211,14 @@ def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
         values += [("command", index, word) for index, word in enumerate(_words(program))]
         for kind, key, value in values:
             evaluated = kind == "environment" or (kind != "command" and program.launch is not None)
-            if kind == "command" and (message := _for_a_shell(program, name, value)):
+            if kind == "command" and (message := _for_a_shell(program, name, key, value)):
                 yield Diagnostic(
                     "PROG021",
                     message,
                     context.span("programs", name, kind, key),
                     label="passed as it stands",
                     help=(f"for a shell write command: [bash, -c, {_QUOTED}]",)
-                    if value in _OPERATORS
+                    if key or value in _BUILTINS
                     else (f"write each word on its own: [{', '.join(str(value).split())}]",),
                 )
                 continue
@@ -240,10 +242,12 @@ def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-def _for_a_shell(program: Program, name: str, word: Parameter) -> str | None:
+def _for_a_shell(program: Program, name: str, index: str | int, word: Parameter) -> str | None:
     """Returns what is wrong with a word of a command that only a shell would read or divide."""
     if word in _OPERATORS:
         return f"no shell reads `{word}` in the command of program `{name}`"
+    if index == 0 and word in _BUILTINS:
+        return f"`{word}` is a command of shells, and no program that `{name}` could be"
     lone = program.command is not None and len(program.command) == 1
     if lone and isinstance(word, str) and len(word.split()) > 1 and not word.startswith("/"):
         return f"the command of program `{name}` is one word with blanks in it"
@@ -270,6 +274,37 @@ def _words(program: Program) -> tuple[str, ...]:
     return () if words and posixpath.basename(words[0]) in _SHELLS else words
 
 
+@rule("PROG034", "PROG035", by_distro=True)
+def first_words(context: RuleContext) -> Iterator[Diagnostic]:
+    """A command of the other ROS, or one that asks for the rights of root."""
+    ros_1, ros_2 = context.can("ros1-nodes"), context.can("domains")
+    for name, program in context.spec.programs.items():
+        first, second = (*(program.command or ()), "", "")[:2]
+        if (ros_1 and first == "ros2") or (ros_2 and first in _OF_ROS_1):
+            yield Diagnostic(
+                "PROG034",
+                f"`{first}` is a command of ROS {2 if ros_1 else 1}, not of `{next(iter(context.distros))}`",
+                context.span("programs", name, "command", 0),
+                label="probably not found",
+                help=(
+                    "start a node or a launch file by `package` and `executable` or `launch`"
+                    if first in ("rosrun", "roslaunch") or second in ("run", "launch")
+                    else f"use the command of {'ROS 1' if ros_1 else 'ROS 2'}",
+                ),
+            )
+        elif first == "sudo" and program.lifecycle != "interactive" and _home(context, name) != "/root":
+            yield Diagnostic(
+                "PROG035",
+                f"program `{name}` asks for the rights of root, which its unit cannot gain",
+                context.span("programs", name, "command", 0),
+                label="sudo stops with an error",
+                help=(
+                    "leave out `sudo`, and give the account what it needs: a group, or a rule of udev",
+                    "or let a person start it: lifecycle: interactive",
+                ),
+            )
+
+
 def _home(context: RuleContext, program: str) -> str:
     host = context.spec.hosts.get(context.program_hosts[program] or "")
     user = (host and host.user) or "robot"
@@ -287,6 +322,13 @@ def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span("programs", name, "executable"),
                 label="the executable of program `" + name + "`",
                 help=(f"write `launch: {program.executable}`",),
+                fix=make_fix(
+                    "rename the key to `launch`",
+                    rename_key(context.source, ("programs", name, "executable"), "launch"),
+                    safe=False,
+                )
+                if program.launch is None
+                else None,
             )
         launch, loc = program.launch, ("programs", name, "launch")
         if launch is None:

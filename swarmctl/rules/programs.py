@@ -12,7 +12,7 @@ from swarmctl.linter.context import RuleContext, rule
 from swarmctl.robot_types.ros_launchable import placeholders_in
 from swarmctl.ros_packages.launch_files import FIND
 from swarmctl.spec.program_model import Kind, Program
-from swarmctl.suggest import did_you_mean, guess
+from swarmctl.suggest import did_you_mean, guess, suggestion
 from swarmctl.swarm.program_values import available_to, texts_of
 from swarmctl.swarm.shipped_programs import SHIPPED
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value, set_key
@@ -362,6 +362,9 @@ def placeholders(context: RuleContext) -> Iterator[Diagnostic]:
         for loc, text in texts_of(program):
             unknown = next((one for one in placeholders_in(text) if one not in known), None)
             if unknown is not None:
+                meant = guess(unknown, known)
+                spelt = text.replace(f"{{{unknown}}}", f"{{{meant.only}}}")
+                edits = replace_value(context.source, ("programs", name, *loc), spelt) if meant.only else ()
                 yield Diagnostic(
                     "PROG027",
                     f"program `{name}` has {_LACKING[unknown]} to fill in for `{{{unknown}}}`"
@@ -370,7 +373,8 @@ def placeholders(context: RuleContext) -> Iterator[Diagnostic]:
                     context.span("programs", name, *loc),
                     label="has no value",
                     help=(
-                        *did_you_mean(unknown, known, "the placeholders are"),
+                        *suggestion(meant, known, "the placeholders are"),
                         "or write {{ and }} for braces of your own",
                     ),
+                    fix=make_fix(f"write `{{{meant.only}}}`", edits, safe=False),
                 )

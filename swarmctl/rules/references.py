@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from itertools import groupby
@@ -19,7 +18,7 @@ from swarmctl.spec.beside_files import advice
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.model import Mode
 from swarmctl.spec.references import COMMANDERS, at, mentions, renaming, undefined
-from swarmctl.spec.sound_sections import UnsoundError
+from swarmctl.spec.unread_sections import UnreadError
 from swarmctl.suggest import MOST_NEAR, Guess, guess, is_near, suggestion, typing_errors
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
@@ -37,10 +36,9 @@ class LikelyNames:
 
     def guess(self, word: str, known: tuple[str, ...], loc: Loc) -> Guess:
         """Returns what ``word`` at ``loc`` was probably meant to be."""
-        try:
-            taken, required = self._taken(loc), self._expected(loc)
-        except UnsoundError:
-            taken, required = set(), set()
+        taken, required = self.taken(loc), set[str]()
+        with suppress(UnreadError):
+            required = self._expected(loc)
         meant = guess(word, known)
         if not taken.isdisjoint(meant.words):
             meant = guess(word, tuple(one for one in known if one not in taken))
@@ -66,6 +64,11 @@ class LikelyNames:
             self._definitions[name] = kind, sum(1 for _ in uses)
         return self._definitions[name]
 
+    def misspelt(self, meant: Guess, used: int) -> str:
+        """Returns the section of a name that nothing uses, if another is ``used`` several times, or ""."""
+        section, uses = self.definition(meant.only) if meant.only else ("", 0)
+        return section if not uses and used > 1 else ""
+
     def _expected(self, loc: Loc) -> set[str]:
         """Returns the names that other places require here; none if they require nothing."""
         spec = self._spec
@@ -83,9 +86,17 @@ class LikelyNames:
         host = spec.leader if own is None and spec.mode is Mode.SINGLE_MINDED else own
         return {host} if host is not None else set()
 
+    def taken(self, loc: Loc) -> set[str]:
+        """Returns the names that cannot stand here, because they stand beside it or lead back here."""
+        try:
+            return self._taken(loc)
+        except UnreadError:
+            return set()
+
     def _taken(self, loc: Loc) -> set[str]:
-        """Returns the names that cannot stand here because they stand beside it."""
         spec = self._spec
+        if loc[0] == "hosts" and loc[2:] == ("via",):
+            return self._behind(str(loc[1]))
         if loc[0] == "islands" and loc[2] == "hosts":
             return self._on_islands
         if loc[0] == "control" and loc[2] == "of" and isinstance(loc[1], int):
@@ -97,6 +108,23 @@ class LikelyNames:
             if loc[2] == "robot":
                 return self._with_line
         return set()
+
+    def _behind(self, host: str) -> set[str]:
+        """Returns a host, and those that are reached through it."""
+        found, waiting = {host}, [host]
+        while waiting:
+            more = self._through.get(waiting.pop(), set()) - found
+            found |= more
+            waiting += more
+        return found
+
+    @cached_property
+    def _through(self) -> Mapping[str, set[str]]:
+        """The hosts that have each host as their `via`."""
+        through: dict[str, set[str]] = {}
+        for name, host in self._spec.hosts.items():
+            through.setdefault(host.via or "", set()).add(name)
+        return through
 
     def _preferred(self, meant: Guess, loc: Loc) -> Guess:
         """Of equally near hosts of a program, that of its robot."""
@@ -135,7 +163,10 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
     """
     known = _defined(context)
     unknown = [(_TITLES[kinds], word, loc) for kinds, loc, word in undefined(context.source.data, known)]
-    likely, used = LikelyNames(context), Counter(word for _, word, _ in unknown)
+    likely, folded = LikelyNames(context), set[str]()
+    used: dict[str, list[Loc]] = {}
+    for _, word, loc in unknown:
+        used.setdefault(word, []).append(loc)
     words = {
         title: tuple(name for kind in kinds for name in known.get(kind, ()))
         for kinds, title in (_TITLES.items() if unknown else ())
@@ -148,9 +179,14 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
         for what, word, loc in same:
             host = _host_of(context.source.data, word) if what == "host" else ""
             meant = Guess((host,)) if host else likely.guess(word, words[what], loc)
+            if host in likely.taken(loc):
+                meant = Guess()
             of_robot = (f"`{word}` is a robot; its host is `{host}`",) if host else ()
             help_ = unread.get(word) if what == "robot type" else None
-            fix = None if help_ else _fix(likely, word, loc, meant, used[word])
+            misspelt = likely.misspelt(meant, len(used[word]))
+            if misspelt and word in folded:
+                continue
+            fix = None if help_ else _fix(likely, word, loc, meant, len(used[word]))
             if word in sets and loc[-2:-1] in (("hosts",), ("of",)):
                 help_ = f"write `@{word}` in quotes: it is a group or label"
                 edits = replace_value(context.source, loc, f"@{word}")
@@ -160,6 +196,7 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
                 f"unknown {what} `{word}`",
                 span,
                 label="not defined",
+                notes=_notes(context, meant, misspelt, used[word]),
                 help=(
                     (help_,)
                     if help_
@@ -167,6 +204,17 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
                 ),
                 fix=fix,
             )
+            folded.add(word)
+
+
+def _notes(context: RuleContext, meant: Guess, misspelt: str, places: Sequence[Loc]) -> tuple[Note, ...]:
+    """The definition that is probably misspelt, and the other places of the name."""
+    if not misspelt:
+        return ()
+    first, *others = dict.fromkeys(context.span(*loc) for loc in places)
+    definition = context.span(misspelt, str(meant.only), key=True)
+    notes = (Note(definition, f"`{meant.only}` is named nowhere"), *(Note(one, "and here") for one in others))
+    return notes[:_SHOWN] if first != definition else ()
 
 
 def _defined(context: RuleContext) -> dict[str, Mapping[str, Any]]:
@@ -175,7 +223,7 @@ def _defined(context: RuleContext) -> dict[str, Mapping[str, Any]]:
     found: dict[str, Mapping[str, Any]] = {}
     for kind in SECTIONS:
         given = data.get(kind)
-        with suppress(UnsoundError):
+        with suppress(UnreadError):
             found[kind] = given if given and isinstance(given, dict) else getattr(context.spec, kind)
     shipped = {"types": {**catalog.broken, **dict.fromkeys(catalog.types)}, "computers": catalog.computers}
     return {kind: {**one, **shipped.get(kind, {})} for kind, one in found.items()}
@@ -212,13 +260,13 @@ def _unread(context: RuleContext) -> Mapping[str, str]:
 
 
 def _fix(likely: LikelyNames, word: str, loc: Loc, meant: Guess, used: int) -> Fix | None:
-    """Returns the fix of a name that is ``used`` so many times: of its definition if nothing uses that."""
+    """Returns the fix of a name that is ``used`` so many times: of its definition if that is misspelt."""
     if not meant.only:
         return None
     source = likely.context.source
+    if misspelt := likely.misspelt(meant, used):
+        return renaming(meant.only, word, rename_key(source, (misspelt, meant.only), word), safe=True)
     section, uses = likely.definition(meant.only)
-    if section and not uses and used > 1:
-        return renaming(meant.only, word, rename_key(source, (section, meant.only), word), safe=True)
     certain = meant.certain and (not section or uses >= used)
     edits = replace_value(source, loc, meant.only)
     return make_fix(f"write `{meant.only}`", edits, safe=certain)

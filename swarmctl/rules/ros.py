@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.links.network_link import Wlan
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.plugins import MIDDLEWARES
@@ -115,6 +115,7 @@ def discovery_within_hosts(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span("ros", "discovery"),
                 label="reaches no other host",
                 help=_OTHERWISE,
+                fix=_by_address(context),
             )
         if method != "multicast":
             continue
@@ -128,7 +129,13 @@ def discovery_within_hosts(context: RuleContext) -> Iterator[Diagnostic]:
                     label="by multicast",
                     notes=(Note(context.span("links", index, "multicast"), "the network"),),
                     help=_OTHERWISE,
+                    fix=_by_address(context),
                 )
+
+
+def _by_address(context: RuleContext) -> Fix | None:
+    """Returns the fix that removes `discovery`, so that nodes know the addresses of all hosts."""
+    return make_fix("remove `discovery`", remove(context.source, ("ros", "discovery")), safe=False)
 
 
 @rule("ROS006", needs="domains")

@@ -15,6 +15,7 @@ from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.flow import peers_of
 from swarmctl.swarm.flows import ros_flows
 from swarmctl.swarm.wireguard_routes import Networks
+from swarmctl.yamltext.source import Loc
 
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[0-9]+")
 _PASSWORDS = {"password", "passwd", "passphrase", "psk"}
@@ -28,6 +29,7 @@ _PAIRS = {
     ("pin", "code"),
 }
 _OTHER = "10.200.0.0/16"
+_UNFIT = (Kind.UNSPECIFIED, Kind.LOOPBACK, Kind.GROUP)
 # Words that turn a secret's name into a name about it: its path, its length.
 _ABOUT = {"file", "path", "folder", "name", "topic", "id", "length", "timeout", "type", "url", "uri"}
 # Packages of ROS 1 that join masters: fkie's under its three names, rocon's, and a relay.
@@ -35,6 +37,9 @@ _MULTIMASTERS = {
     *("fkie_master_discovery", "fkie_master_sync", "master_discovery_fkie", "master_sync_fkie"),
     *("fkie_mas_discovery", "fkie_mas_sync", "rocon_gateway", "rocon_hub", "foreign_relay"),
 }
+# A word with an option or a variable and its value: --password=x, password:=x, PASSWORD=x.
+_ASSIGNED = re.compile(r"(-{0,2}([A-Za-z][\w./-]*)):?=(.*)", re.DOTALL)
+_SWITCHES = {"ask", "disable", "enable", "no", "prompt", "require", "show", "skip", "use", "without"}
 _REFERENCE = re.compile(r"[/~$<{].*|")  # a file, a variable, a placeholder, or empty
 
 # The forms of secrets: prefixes, pattern, and name.
@@ -44,6 +49,11 @@ _FORMS = (
     (("ghp_", "gho_", "ghu_", "ghs_", "ghr_"), re.compile(r"gh[pousr]_[A-Za-z0-9]{36,}"), "a GitHub token"),
     (("github_pat_",), re.compile(r"github_pat_[A-Za-z0-9_]{22,}"), "a GitHub token"),
     (("glpat-",), re.compile(r"glpat-[A-Za-z0-9_-]{20,}"), "a GitLab token"),
+    (
+        ("uthorization:",),
+        re.compile(r"[Aa]uthorization: *(?:Bearer|Basic|Token) +([^\s'\"$<{][^\s'\"]{7,})"),
+        "a header with a password or a token",
+    ),
     (("xox",), re.compile(r"xox[abprs]-[A-Za-z0-9-]{10,}"), "a Slack token"),
     # not udp://0.0.0.0:14540@host, an address of MAVLink with a port
     (
@@ -61,7 +71,7 @@ _REMEDY = (
 @rule("SEC001", "SEC002")
 def secrets(context: RuleContext) -> Iterator[Diagnostic]:
     """A secret, recognised by the name of its key or by its form anywhere in the text."""
-    named = [_named_secret(context, loc) for loc in _secret_places(context)]
+    named = [_named_secret(context, loc, key) for loc, key in _secret_places(context)]
     yield from named
     known = [one.span for one in named if one.span is not None]
     for file, text in context.document.source.texts.items():
@@ -77,12 +87,40 @@ def secrets(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-def _secret_places(context: RuleContext) -> Iterator[tuple[str, ...]]:
+def _secret_places(context: RuleContext) -> Iterator[tuple[Loc, str]]:
+    """Yields the place of each secret of a program, and the name of its key or option."""
     for name, program in context.spec.programs.items():
-        for group in ("params", "environment"):
-            for key, value in getattr(program, group).items():
-                if is_secret(key, value):
-                    yield "programs", name, group, key
+        for group in ("params", "environment", "args"):
+            yield from _named_in(getattr(program, group), "programs", name, group)
+        container = program.container.command if program.container is not None else ()
+        for loc, words in (
+            (("args",), program.words),
+            (("command",), program.command or ()),
+            (("container", "command"), container),
+        ):
+            yield from ((("programs", name, *loc, index), option) for index, option in _secret_words(words))
+
+
+def _named_in(value: object, *loc: str | int) -> Iterator[tuple[Loc, str]]:
+    """Yields each value below ``value`` whose key is that of a secret."""
+    for key, one in value.items() if isinstance(value, Mapping) else ():
+        if isinstance(one, Mapping):
+            yield from _named_in(one, *loc, key)
+        elif is_secret(key, one):
+            yield (*loc, key), key
+
+
+def _secret_words(words: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Yields which words of a command line hold a secret, each with its option."""
+    for index, word in enumerate(words):
+        before = words[index - 1] if index else ""
+        if found := _ASSIGNED.fullmatch(word):
+            if is_secret(found[2], found[3].strip("'\"")):
+                yield index, found[1]
+        elif before.startswith("-") and not word.startswith(("-", "@")):
+            has_value = _SWITCHES.isdisjoint(one.lower() for one in _WORDS.findall(before))
+            if has_value and "=" not in before and is_secret(before, word):
+                yield index, before
 
 
 def is_secret(key: str, value: object) -> bool:
@@ -96,10 +134,10 @@ def is_secret(key: str, value: object) -> bool:
     return named and not _REFERENCE.fullmatch(value)
 
 
-def _named_secret(context: RuleContext, loc: tuple[str, ...]) -> Diagnostic:
+def _named_secret(context: RuleContext, loc: Loc, key: str) -> Diagnostic:
     return Diagnostic(
         "SEC001",
-        f"`{loc[-1]}` of program `{loc[1]}` is a secret in plain text",
+        f"`{key}` of program `{loc[1]}` is a secret in plain text",
         context.span(*loc),
         label="visible to everyone who has the file",
         help=_REMEDY,
@@ -190,7 +228,7 @@ def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator
     In a sealed swarm they may have a third host in common; NET001 reports those that do not reach their hub.
     """
     homes = [(host, island.hub) for island in context.islands for host in island.hosts]
-    alone = {host for host, hub in homes if not context.meet(host, hub)}
+    alone = {host for host, hub in homes if not context.reaches(host, hub)}
     places = {host: _networks_by_address(context, host) for host in peers if context.addresses[host]}
     apart = {
         host: [
@@ -198,7 +236,7 @@ def _apart(context: RuleContext, peers: Mapping[str, Sequence[str]]) -> Iterator
             for one in peers[host]
             if one in places
             and places[one].isdisjoint(own)
-            and (alone.isdisjoint((host, one)) or context.meet(host, one))
+            and (alone.isdisjoint((host, one)) or context.reaches(host, one))
         ]
         for host, own in places.items()
     }
@@ -306,7 +344,7 @@ def unsealable(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("SEC010")
+@rule("SEC010", "SEC011")
 def overlays(context: RuleContext) -> Iterator[Diagnostic]:
     """A network of WireGuard with addresses that something else has."""
     spec = context.spec
@@ -323,6 +361,18 @@ def overlays(context: RuleContext) -> Iterator[Diagnostic]:
     network = addresses.wireguard_network(spec)
     choose = (f"write another network, such as `overlay: {_OTHER}`",)
     place = context.span("overlay") if spec.overlay is not None else context.span("security")
+    unfit = next((one for ip in (network[0], network[-1]) if (one := kind(ip)) in _UNFIT), None)
+    if unfit is not None:
+        what = f"hosts cannot have addresses in {network}, the network of WireGuard"
+        yield Diagnostic("SEC010", what, place, label=unfit.value, help=choose)
+    elif network.is_global:
+        yield Diagnostic(
+            "SEC011",
+            f"{network}, the network of WireGuard, has public addresses",
+            place,
+            label="no host reaches those of the Internet with these addresses",
+            help=choose,
+        )
     taken = {name: ip for name, ip in context.addresses.items() if ip is not None and ip in network}
     used = next((one for one in context.subnets.values() if one is not None and one.overlaps(network)), None)
     if taken or used is not None:

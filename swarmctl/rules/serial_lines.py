@@ -9,6 +9,7 @@ from swarmctl.analysis.serial_load import CAREFUL, SerialBudget, SerialLoad, com
 from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
 from swarmctl.links.serial_link import FTDI, Serial
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.robot_types.protocols import LineProtocol
 from swarmctl.robot_types.settings import DIAGNOSTICS
 from swarmctl.suggest import did_you_mean, guess, typing_errors
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value, set_key
@@ -85,34 +86,30 @@ def _fix(context: RuleContext, robot: str, load: SerialLoad) -> Fix | None:
     own = context.spec.robots[robot].settings.rates
     if not fitting or not own:
         return None
-    changes = [
-        set_key(context.document.source, rates, name, fitting[name]) for name in fitting if name in own
-    ]
-    return (
-        make_fix(f"lower the rates of `{robot}` to {_written(fitting)}", *changes, safe=False)
-        if changes
-        else None
-    )
+    changes = [set_key(context.document.source, rates, name, rate) for name, rate in fitting.items()]
+    return make_fix(f"lower the rates of `{robot}` to {_written(fitting)}", *changes, safe=False)
 
 
 @rule("LINE003")
 def short_dead_man_timeouts(context: RuleContext) -> Iterator[Diagnostic]:
     """A dead-man timeout shorter than two command periods, or than one cycle of the link."""
-    rates = command_rates(context)
-    for budget in context.line_budgets.values():
-        timeout = context.command_timeouts[budget.robot]
-        period = 1 / rates[budget.robot]
-        load = budget.load
-        least = max(_PERIODS * period, load.cycle)
-        if timeout >= least or load.share > 1 or timeout <= load.reply_timeout:  # LINE001, LINE006
+    rates = command_rates(context, min)
+    loads = {one.robot: one.load for one in context.line_budgets.values()}
+    for robot in (*loads, *(one for one in context.ros_drivers if one in context.gated)):
+        load, timeout = loads.get(robot), context.command_timeouts[robot]
+        least = max(_PERIODS / rates[robot], load.cycle if load else 0)
+        # LINE001, LINE006
+        if timeout >= least or (load and (load.share > 1 or timeout <= load.reply_timeout)):
             continue
-        slow = "two command periods take" if least > load.cycle else "one cycle of all requests takes"
+        slow = (
+            "one cycle of all requests takes" if load and least == load.cycle else "two command periods take"
+        )
         yield Diagnostic(
             "LINE003",
-            f"robot `{budget.robot}` stops after {timeout:g} s without a command, but {slow} {least:.2g} s",
-            _timeout_place(context, budget.robot),
+            f"robot `{robot}` stops after {timeout:g} s without a command, but {slow} {least:.2g} s",
+            _timeout_place(context, robot),
             label="one late command stops the robot",
-            notes=tuple(_slow_commanders(context, budget.robot)),
+            notes=tuple(_slow_commanders(context, robot, _PERIODS / timeout)),
             help=(
                 f"publish commands more often, or set at least `command_timeout: {least:.2g}` (at most 2)",
             ),
@@ -125,10 +122,11 @@ def _timeout_place(context: RuleContext, robot: str) -> Span:
     return context.span("robots", robot, "settings", "command_timeout", key=missing)
 
 
-def _slow_commanders(context: RuleContext, robot: str) -> Iterator[Note]:
+def _slow_commanders(context: RuleContext, robot: str, least: float) -> Iterator[Note]:
     command = context.command_topics.get(robot)
     for one in context.endpoints:
-        if one.publishes and command is not None and one.topic == command.topic and one.rate is not None:
+        ours = one.publishes and command is not None and one.topic == command.topic
+        if ours and one.rate is not None and one.rate < least:
             yield Note(context.span(*one.loc, "rate"), f"`{one.owner}` publishes commands at {one.rate:g} Hz")
 
 
@@ -251,3 +249,24 @@ def _no_such_sensor(
         if near
         else None,
     )
+
+
+@rule("LINE008")
+def refusals(context: RuleContext) -> Iterator[Diagnostic]:
+    """A line that refuses a request begins as a good reply of the same protocol."""
+    for name, kind in context.document.own_native_types.items():
+        protocol = kind.protocol
+        if not isinstance(protocol, LineProtocol):
+            continue
+        requests = (protocol.set_speed, *protocol.queries.values(), *protocol.setup)
+        replies = [one.reply for one in (*requests, *((protocol.identify,) if protocol.identify else ()))]
+        for index, refusal in enumerate(protocol.error_heads):
+            good = next((one for one in replies if one and one.startswith(refusal)), None)
+            if good is not None:
+                yield Diagnostic(
+                    "LINE008",
+                    f"in type `{name}` the good reply `{good}` is taken for a refusal when it comes late",
+                    context.document.span_of_type(name, "protocol", "error_heads", index),
+                    label="begins a good reply, too",
+                    help=("write what only a refusal begins with, or remove it",),
+                )

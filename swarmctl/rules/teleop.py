@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.rules.authority import checks_commanders
 from swarmctl.spec.catalog import shipped
 from swarmctl.spec.program_model import Program
 from swarmctl.suggest import did_you_mean, guess
@@ -214,28 +215,30 @@ def turbo_that_reverses(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PROG024", needs="ros1-nodes")
+@rule("PROG024", by_distro=True)
 def silent_gamepads(context: RuleContext) -> Iterator[Diagnostic]:
     """A joy_node that repeats too seldom: a stick that is held still counts as a gamepad gone."""
     read = {one.owner: one.topic for one in context.endpoints if one.type == JOY_TYPE and not one.publishes}
-    timeouts: dict[str, tuple[str, float]] = {}
+    timeouts: dict[str, tuple[float, str]] = {}
     for pad in _pads(context):
-        if pad.program.use is not None and pad.name in read:
-            timeouts.setdefault(read[pad.name], (pad.name, pad.value("joy_timeout")))
+        stops = _stop(context, pad) if pad.name in read else None
+        if stops is not None:
+            timeouts[read[pad.name]] = min(stops, timeouts.get(read[pad.name], stops))
+    usual = 0.0 if context.can("ros1-nodes") else 20.0
     for one in context.endpoints if timeouts else ():
         program = context.spec.programs[one.owner]
         if not one.publishes or one.topic not in timeouts or program.executable != "joy_node":
             continue
-        reader, timeout = timeouts[one.topic]
-        value = program.params.get("autorepeat_rate", 0.0)
-        is_number = isinstance(value, (int, float))  # roscpp takes its own default, 0, for another type
+        timeout, who = timeouts[one.topic]
+        value = program.params.get("autorepeat_rate", usual)
+        is_number = isinstance(value, (int, float))  # roscpp takes its own default for another type
         rate = value if isinstance(value, (int, float)) else 0.0
         if program.package == "joy" and rate * timeout <= 1:
             given = "autorepeat_rate" in program.params
             loc = ("programs", one.owner, *(("params", "autorepeat_rate") if given else ()))
             yield Diagnostic(
                 "PROG024",
-                f"program `{one.owner}` repeats nothing in time, and `{reader}` stops after {timeout:g} s",
+                f"program `{one.owner}` repeats nothing in time, and {who} stops after {timeout:g} s",
                 context.span(*loc, key=not given),
                 label=f"repeats {rate:g} times a second" if is_number else "joy_node expects a number",
                 help=(
@@ -244,3 +247,13 @@ def silent_gamepads(context: RuleContext) -> Iterator[Diagnostic]:
                     else "write a number without quotes, such as 20.0",
                 ),
             )
+
+
+def _stop(context: RuleContext, pad: _Settings) -> tuple[float, str] | None:
+    """Returns after how many seconds of silence something stops, and what: the program, else a robot."""
+    if pad.program.use is not None:
+        return pad.value("joy_timeout"), f"`{pad.name}`"
+    control = (one for one in context.spec.control if one.by == pad.name)
+    robots = [robot for one in control for robot in one.of if checks_commanders(context, robot)]
+    first = min(robots, key=lambda one: context.command_timeouts[one], default=None)
+    return None if first is None else (context.command_timeouts[first], f"robot `{first}`")

@@ -16,17 +16,18 @@ from swarmctl.yamltext import edits
 @rule("TIME001")
 def followers(context: RuleContext) -> Iterator[Diagnostic]:
     """A host that shares no network with the time root. NET001 reports hosts without their hub."""
-    root = context.spec.time.root
+    named, root = context.spec.time.root, time_root(context.spec, context.islands)
     if root is None or root not in context.home:
         return
+    place = ("time", "root") if named is not None else ("hosts", root)
     for name in context.home:
-        if not context.meet(name, root):
+        if not context.meet(name, root) and (named or context.reaches(name, root)):
             yield Diagnostic(
                 "TIME001",
                 f"host `{name}` cannot synchronise its clock with `{root}`",
                 context.span("hosts", name, key=True),
                 label="no wlan or ethernet has both hosts",
-                notes=(Note(context.span("time", "root"), "the time root"),),
+                notes=(Note(context.span(*place, key=named is None), "the time root"),),
                 help=(f"put `{name}` and `{root}` on one network, or choose another root",),
             )
 
@@ -203,6 +204,38 @@ def unread_clocks(context: RuleContext) -> Iterator[Diagnostic]:
                     label="only nodes that start later read it",
                     help=("write ros: {use_sim_time: true}, so that the master has it before any node",),
                 )
+
+
+@rule("TIME009", needs="domains")
+def stopped_clocks(context: RuleContext) -> Iterator[Diagnostic]:
+    """A node of ROS 2 takes its time from a clock that nothing on its island publishes."""
+    programs = context.spec.programs
+    waiting = {
+        name: program.named_values[0]
+        for name, program in programs.items()
+        if program.named_values[1].get(_PARAMETER[1:]) in (True, "true", "True")
+    }
+    if not waiting:
+        return
+    ticking = bridged(context).get(CLOCK, set())
+    hosts = [host for _, host, _ in _publishers(context)]
+    hosts += [
+        context.program_hosts[name]
+        for name, one in programs.items()
+        if one.use is None and not one.publishes and not (name in waiting and one.launch is None)
+    ]
+    hosts += [context.driving[name] for name, one in context.ros_drivers.items() if not one.publishes]
+    ticking |= {home.name for host in hosts if (home := context.home.get(host or "")) is not None}
+    for name, key in waiting.items():
+        home = context.home.get(context.program_hosts[name] or "")
+        if home is not None and home.name not in ticking:
+            yield Diagnostic(
+                "TIME009",
+                f"program `{name}` takes its time from `{CLOCK}`, which nothing on its island publishes",
+                context.span("programs", name, key, _PARAMETER[1:]),
+                label="its time stands at 0",
+                help=("remove it, or declare the clock at the simulator or player: " + _PUBLISHES,),
+            )
 
 
 def _publishers(context: RuleContext) -> Iterator[tuple[str, str | None, Span]]:

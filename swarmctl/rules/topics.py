@@ -12,6 +12,7 @@ from swarmctl.robot_types.protocols import RosserialProtocol
 from swarmctl.robot_types.ros_driver import VELOCITIES, RosDriver
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.ros_packages.message_types import NoMessage, no_message
+from swarmctl.rules.bridges import crossings
 from swarmctl.suggest import is_near, nearest, typing_errors
 from swarmctl.swarm.command_topics import COMMAND
 from swarmctl.swarm.topics import (
@@ -21,6 +22,13 @@ from swarmctl.swarm.topics import (
 )
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
+
+_IN_ROS_1 = {
+    "builtin_interfaces/Time": "std_msgs/Time",
+    "builtin_interfaces/Duration": "std_msgs/Duration",
+    "rcl_interfaces/Log": "rosgraph_msgs/Log",
+}
+_IN_ROS_2 = {old: new for new, old in _IN_ROS_1.items()} | {"tf/tfMessage": "tf2_msgs/TFMessage"}
 
 
 @rule("TOPIC001")
@@ -98,13 +106,19 @@ def _otherwise(context: RuleContext, one: Endpoint) -> str:
 
 @rule("TOPIC003")
 def sensors_off(context: RuleContext) -> Iterator[Diagnostic]:
-    """A subscription to a sensor that is turned off."""
-    for one in context.endpoints:
-        driven = None if one.publishes else _of_a_driver(context, one.topic)
-        sensor = sensor_behind(context.split_topic(one.topic)[1])
-        if driven is None or one.topic in context.robots_by_command:
+    """A subscription to a sensor that is turned off, or a bridge for it."""
+    wanted: list[tuple[str, Loc, str]] = [
+        (one.topic, (*one.loc, "topic"), f"program `{one.owner}` subscribes to")
+        for one in context.endpoints
+        if not one.publishes
+    ]
+    wanted += [(one.topic, (*loc, "topic"), "`multimaster` bridges") for loc, one in crossings(context)]
+    for topic, loc, verb in wanted:
+        driven = _of_a_driver(context, topic)
+        sensor = sensor_behind(context.split_topic(topic)[1])
+        if driven is None or topic in context.robots_by_command:
             continue
-        if one.topic in context.publishers.programs:
+        if topic in context.publishers.programs:
             continue
         robot = context.spec.robots[driven[0]]
         kind = context.driven_robots.get(driven[0])
@@ -115,8 +129,8 @@ def sensors_off(context: RuleContext) -> Iterator[Diagnostic]:
         off = robot.settings.rates.get(sensor) == 0
         yield Diagnostic(
             "TOPIC003",
-            f"program `{one.owner}` subscribes to `{one.topic}`, which robot `{driven[0]}` does not publish",
-            context.span(*one.loc, "topic"),
+            f"{verb} `{topic}`, which robot `{driven[0]}` does not publish",
+            context.span(*loc),
             label="sensor is off",
             notes=(Note(context.span("robots", driven[0], "settings", "rates", sensor), "rate 0"),)
             if off
@@ -304,18 +318,36 @@ def message_types(context: RuleContext) -> Iterator[Diagnostic]:
             yield _finding(context, loc, kind, fault)
 
 
+@rule("TOPIC007", by_distro=True)
+def messages_of_the_other_ros(context: RuleContext) -> Iterator[Diagnostic]:
+    """A message type that only the other ROS has."""
+    ros, other, names = (1, 2, _IN_ROS_1) if context.can("ros1-nodes") else (2, 1, _IN_ROS_2)
+    for loc, kind in _declared(context) if ros == 1 or context.can("domains") else ():
+        if kind in names and kind.partition("/")[0] not in context.document.packages.by_name:
+            yield Diagnostic(
+                "TOPIC007",
+                f"ROS {ros} has no message type `{kind}`",
+                context.span(*loc),
+                label=f"of ROS {other}",
+                help=(f"write `{names[kind]}`",),
+                fix=make_fix(
+                    f"write `{names[kind]}`", replace_value(context.source, loc, names[kind]), safe=False
+                ),
+            )
+
+
 def _declared(context: RuleContext) -> Iterator[tuple[Loc, str]]:
     for name, program in context.spec.programs.items():
         for key in ("publishes", "subscribes"):
             for index, topic in enumerate(getattr(program, key)):
                 yield ("programs", name, key, index, "type"), topic.type
-    for loc, declared in _of_robots(context):
+    for loc, declared in of_robots(context):
         for key in ("publishes", "subscribes"):
             for index, topic in enumerate(getattr(declared, key)):
                 yield (*loc, key, index, "type"), topic.type
 
 
-def _of_robots(context: RuleContext) -> Iterator[tuple[Loc, RosserialProtocol | RosDriver]]:
+def of_robots(context: RuleContext) -> Iterator[tuple[Loc, RosserialProtocol | RosDriver]]:
     """The sketches and drivers of the spec's own types and robots."""
     for name, robot_type in context.spec.types.items():
         if isinstance(robot_type, RosRobotType):

@@ -1,7 +1,7 @@
 """JSON Schemas for editors, made from the models, in the draft-07 that yaml-language-server understands.
 
 What ranges has definitions of its own, in which values may be ranges or ``{each: [...]}``; so an entry with
-a plain name stays as strict as it was.
+a plain name stays as strict as it was. Everywhere a variable, ``${name}``, may stand for a value.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import BaseModel, TypeAdapter
 
-from swarmctl.field_types import NAME, X_SELECTION, Selection
+from swarmctl.field_types import NAME, VARIABLE, X_SELECTION, Selection
 from swarmctl.robot_types.any_robot_type import RobotTypeFile
 from swarmctl.spec.model import Spec
 from swarmctl.units import X_UNIT, with_unit
@@ -241,7 +241,7 @@ MODELS: Mapping[str, type[BaseModel]] = {"swarm": Spec, "robot-type": RobotTypeF
 def schema_of(name: str) -> dict[str, Any]:
     """Returns the schema of ``swarm`` or ``robot-type``."""
     made = without_ranges(name)
-    return _with_included_parts(with_ranges(made)) if name == "swarm" else made
+    return _with_included_parts(_with_variables(with_ranges(made))) if name == "swarm" else made
 
 
 def _with_included_parts(schema: dict[str, Any]) -> dict[str, Any]:
@@ -249,6 +249,29 @@ def _with_included_parts(schema: dict[str, Any]) -> dict[str, Any]:
     needed = {"required": schema["required"]}
     others = {key: value for key, value in schema.items() if key != "required"}
     return {**others, "if": {"required": ["include"]}, "else": needed}
+
+
+def _with_variables(node: Any) -> Any:
+    """A schema in which a variable may stand for each value, list or part of a text."""
+    if isinstance(node, list):
+        return [_with_variables(one) for one in node]
+    if not isinstance(node, dict):
+        return node
+    made: dict[str, Any] = {}
+    for key, value in node.items():
+        if key in _BY_NAME:
+            made[key] = {name: _with_variables(one) for name, one in value.items()}
+        else:
+            made[key] = value if key in _AS_IT_IS else _with_variables(value)
+    kinds = made["type"] if isinstance(made.get("type"), list) else [made.get("type")]
+    if "enum" in made:
+        kept = {word: made.pop(word) for word in _ANNOTATIONS if word in made}
+        return {**kept, "anyOf": [made, {"type": "string", "pattern": _VARIABLE}]}
+    if "string" in kinds and "pattern" in made:
+        made["pattern"] += f"|{_VARIABLE}"
+    elif set(kinds) & {*_SCALARS, "array"} and not {"string", "object"} & set(kinds) and "const" not in made:
+        made |= {"type": [*kinds, "string"], "pattern": f"^{_VARIABLE}$"}
+    return made
 
 
 def without_ranges(name: str) -> dict[str, Any]:
@@ -275,6 +298,9 @@ def _draft7(node: Any) -> Any:
     return made
 
 
+_VARIABLE = rf"\$\{{{VARIABLE[1:-1]}\}}"
+_BY_NAME = ("properties", "definitions", "patternProperties")
+_AS_IT_IS = ("default", "examples", "enum", "const", "required", "propertyNames")
 _WORDS: Mapping[str, str] = {"$defs": "definitions", "prefixItems": "items"}
 _NAMED = (
     "properties",

@@ -15,6 +15,7 @@ from swarmctl.diagnostics import Span
 from swarmctl.robot_types.settings import merged
 from swarmctl.spec.load import Document
 from swarmctl.spec.model import Host
+from swarmctl.yamltext.variables import KEY as VARS
 
 DEFAULTS, OVERLAY, SWARMCTL = "defaults", "overlay", "swarmctl"
 
@@ -39,7 +40,7 @@ class Flat:
 
 
 def flat(document: Document, overlays: Collection[str] = ()) -> Flat:
-    """The whole spec without ``defaults``, which are worked into its hosts and robots.
+    """The whole spec without ``defaults`` and ``vars``, which are worked into what they are for.
 
     What stands in one of the files ``overlays`` has a layer of its own.
     """
@@ -49,7 +50,9 @@ def flat(document: Document, overlays: Collection[str] = ()) -> Flat:
 def _effective(document: Document) -> dict[str, Any]:
     """What holds in the end, as plain data."""
     spec, given = document.spec, document.source.data
-    data = spec.model_dump(mode="json", exclude_none=True, exclude={DEFAULTS})
+    of_entries = {section: {"__all__": {VARS}} for section in ("hosts", "robots", "programs")}
+    done: Any = {DEFAULTS: True, VARS: True, **of_entries}
+    data = spec.model_dump(mode="json", exclude_none=True, exclude=done)
     of_hosts = spec.defaults.host.model_dump(exclude_none=True)
     for name, host in data["hosts"].items():
         host |= {key: value for key, value in of_hosts.items() if key not in given["hosts"][name]}

@@ -18,7 +18,7 @@ from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.ros_packages.package import NO_PACKAGES, Packages
 from swarmctl.rulebook import Severity
-from swarmctl.spec import keystore, selection_expansion, wireguard_keys
+from swarmctl.spec import keystore, selection_expansion, variable_scopes, wireguard_keys
 from swarmctl.spec.beside_files import NO_FILES, BesideFiles, read_beside
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.delivered_files import read_delivered
@@ -34,6 +34,7 @@ from swarmctl.yamltext.overlay import overlaid
 from swarmctl.yamltext.project_files import ProjectFiles, tree_of
 from swarmctl.yamltext.scalars import number_or_text
 from swarmctl.yamltext.source import Source, source_of
+from swarmctl.yamltext.variables import may_stand_in
 
 CODE = "SPEC006"
 CURRENT = 1
@@ -257,8 +258,8 @@ def _draft(
     trees: Sequence[yaml.Node], found: Sequence[Diagnostic], path: str, budget: LoadBudget, catalog: Catalog
 ) -> Draft:
     root, trees, wrong = _one(trees, budget.texts)
-    if has_errors(found):  # an overlay may change what was not read
-        wrong = [one for one in wrong if not one.code.startswith("OVER")]
+    if has_errors(found):  # an overlay may change what was not read, which may set variables
+        wrong = [one for one in wrong if not one.code.startswith(("OVER", "VAR"))]
     if (other_version := version_finding(root)) is not None:
         wrong.append(other_version)
     diagnostics = (*catalog.diagnostics, *found, *wrong)
@@ -310,7 +311,8 @@ def _one(
 ) -> tuple[yaml.Node | None, Sequence[yaml.Node], list[Diagnostic]]:
     """The one tree that the layers make, and their own, with what is wrong.
 
-    Ranges are written out first, so that what is laid over a range may mean one of its elements.
+    Ranges are written out first, so that what is laid over a range may mean one of its elements. Variables
+    are replaced in what the layers make, so that one of them may have the values.
     """
     diagnostics: list[Diagnostic] = []
     if any(ranges.may_stand_in(text) for text in texts.values()):
@@ -322,7 +324,8 @@ def _one(
     for over in trees[1:]:
         root, found = overlaid(root, over)
         diagnostics += found
-    written_out, wrong = selection_expansion.expand(root)
+    may_vary = any(map(may_stand_in, texts.values()))
+    written_out, wrong = (variable_scopes if may_vary else selection_expansion).expand(root)
     return written_out, trees, [*diagnostics, *wrong]
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, RootModel, Tag
 
 from swarmctl.field_types import (
+    NO_VARS,
     Account,
     Adapter,
     Address,
@@ -21,6 +22,7 @@ from swarmctl.field_types import (
     Name,
     Namespace,
     PackageName,
+    Parameter,
     Port,
     Printable,
     ProgramName,
@@ -30,6 +32,7 @@ from swarmctl.field_types import (
     SelectedRobot,
     Selection,
     TimeServer,
+    VariableName,
 )
 from swarmctl.links.link_kinds import Link
 from swarmctl.plugins import MIDDLEWARES, SECURITY_LEVELS, NameIn
@@ -107,6 +110,11 @@ class Host(Model):
         (), examples=[["lab1"]], description="Words of your own that select it, as `@lab1`."
     )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
+    vars: dict[VariableName, Parameter] = Field(
+        default_factory=lambda: NO_VARS,
+        description="Values of variables at this host, its robots, links and programs.",
+        examples=[{"map": "hall"}],
+    )
 
 
 class Maintenance(Model):
@@ -205,6 +213,11 @@ class Robot(Model):
         description="Where it stands when its driver starts. Its driver, or the gate in front of a ROS "
         "package, publishes the transform from `map` to its odometry frame, so that RViz shows all robots in "
         "one frame.",
+    )
+    vars: dict[VariableName, Parameter] = Field(
+        default_factory=lambda: NO_VARS,
+        description="Values of variables at this robot, its link and programs; these win over its host's.",
+        examples=[{"speed": 0.3}],
     )
 
 
@@ -371,6 +384,12 @@ class Spec(Model):
     time: Time = Field(default_factory=Time, description="Whose clock the swarm follows.")
     multimaster: Multimaster | None = Field(
         None, description="How islands discover each other (modes standalone and combined)."
+    )
+    vars: dict[VariableName, Parameter] = Field(
+        default_factory=lambda: NO_VARS,
+        description="Values by name, for `${name}` in other values: text, a number, true or false, or a list "
+        "of these; or a mapping of these by selections of hosts and robots, with `default` for the others.",
+        examples=[{"net": "192.168.77", "speed": {"default": 0.5, "@outdoor": 1.0}}],
     )
     ignore: tuple[AcceptedFinding, ...] = Field(
         (),

@@ -65,6 +65,13 @@ def described(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> str:
     return described_with(text, unit.symbol) if text and unit else text
 
 
+def examples_at(loc: tuple[str | int, ...], model: type[BaseModel]) -> list[Any]:
+    """Returns the examples that a ``model`` gives of the value at ``loc``."""
+    places = [place for place in types_at(loc[:-1], model) if is_model(place)] if loc else []
+    fields = [place.model_fields.get(str(loc[-1])) for place in places]
+    return [one for field in fields if field for one in field.examples or ()]
+
+
 def unit_at(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> Unit | None:
     """Returns the unit of the number at ``loc`` of a ``model``; None if it has none."""
     for place in types_at(loc[:-1], model) if loc else ():

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag
 
 from swarmctl.field_types import (
+    NO_VARS,
     EnvironmentKey,
     FilePath,
     HostName,
@@ -15,9 +16,11 @@ from swarmctl.field_types import (
     Name,
     Namespace,
     PackageName,
+    Parameter,
     RobotName,
     SelectedHost,
     SelectedRobot,
+    VariableName,
 )
 from swarmctl.named_secret import Secret
 from swarmctl.robot_types.ros_launchable import Device, RosLaunchable, Service, Topic, Words
@@ -185,6 +188,11 @@ class Program(RosLaunchable):
         default_factory=Install, description="What `swarmctl prepare` installs on its host for it."
     )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
+    vars: dict[VariableName, Parameter] = Field(
+        default_factory=lambda: NO_VARS,
+        description="Values of variables in this program; these win over its robot's and its host's.",
+        examples=[{"rate": 10}],
+    )
 
     @property
     def kinds(self) -> tuple[Kind, ...]:

@@ -14,6 +14,7 @@ import yaml
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.spec.selection_candidates import Candidates
 from swarmctl.spec.selection_expansion import below, candidates_in, entries, selections
+from swarmctl.spec.variable_scopes import replaced
 from swarmctl.yamltext import ranges
 from swarmctl.yamltext.files import LoadBudget
 from swarmctl.yamltext.overlay import overlaid
@@ -63,6 +64,7 @@ def reach_of(layers: Sequence[Path]) -> tuple[Reach | None, tuple[Diagnostic, ..
             tree, _ = ranges.expand(tree, selections(tree))
         if tree is not None:
             root = tree if root is None else overlaid(root, tree)[0]
+    root = replaced(root) if root is not None else None
     name = _text(below(root, "name"))
     if not name:
         return None, tuple(found)

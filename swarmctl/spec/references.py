@@ -71,6 +71,17 @@ def mentions(data: Any, kind: str, name: str, whole: Any = None) -> Iterator[Loc
                     yield loc
 
 
+def kinds_named_at(loc: Loc) -> tuple[str, ...]:
+    """Returns the kinds of what may be named at ``loc``."""
+    return next((kinds for pattern, kinds in _PLACES.items() if _fits(pattern.split("."), loc)), ())
+
+
+def _fits(pattern: Sequence[str], loc: Loc) -> bool:
+    return len(pattern) == len(loc) and all(
+        step in ("*", part) for step, part in zip(pattern, loc, strict=True)
+    )
+
+
 def undefined(data: Any, known: Mapping[str, Collection[str]]) -> Iterator[tuple[tuple[str, ...], Loc, str]]:
     """Yields each place that mentions a name that is not ``known`` by its kind, with its kinds and the name.
 

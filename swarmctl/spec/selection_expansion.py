@@ -13,9 +13,10 @@ from typing import Any
 import yaml
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note, Span
+from swarmctl.field_types import NAME
 from swarmctl.spec.selection import Selector, selects_nothing
 from swarmctl.spec.selection_candidates import Candidates, IslandFacts, ProgramFacts, RobotFacts
-from swarmctl.yamltext.compose import TEXT, pairs_of, span_of
+from swarmctl.yamltext.compose import TEXT, like, pairs_of, part_of, span_of
 from swarmctl.yamltext.files import MAX_FINDINGS, MAX_NODES
 from swarmctl.yamltext.selection_text import SelectionError, is_selection
 
@@ -161,13 +162,13 @@ class _Writer:
         if all(new is given for new, given in zip(made, _values(node), strict=True)):
             return node
         if isinstance(node, yaml.MappingNode):
-            return _like(node, [(name, new) for (name, _), new in zip(node.value, made, strict=True)])
-        return _like(node, made)
+            return like(node, [(name, new) for (name, _), new in zip(node.value, made, strict=True)])
+        return like(node, made)
 
     def _entry(self, entry: yaml.Node, key: str, kind: str) -> yaml.Node:
         found = below(entry, key)
         if isinstance(found, yaml.SequenceNode) and any(is_selection(one.value) for one in items(found)):
-            return _with(entry, key, _like(found, self._names(found, kind)))
+            return _with(entry, key, like(found, self._names(found, kind)))
         return entry
 
     def _names(self, node: yaml.SequenceNode, kind: str) -> list[yaml.Node]:
@@ -214,7 +215,7 @@ class _Writer:
         written = {id(key) for key, _ in programs.value}
         if len(pairs) == len(written) and all(id(key) in written for key, _ in pairs):
             return self.root
-        return _with(self.root, "programs", _like(programs, pairs))
+        return _with(self.root, "programs", like(programs, pairs))
 
     def _is_free(self, key: yaml.ScalarNode, taken: dict[str, yaml.ScalarNode]) -> bool:
         """Notes the name of a program that a list makes; reports one that is there already."""
@@ -238,17 +239,19 @@ class _Writer:
         listed = below(program, kinds[0])
         assert isinstance(listed, yaml.SequenceNode)
         names = [one for one in self._names(listed, kinds[0]) if isinstance(one, yaml.ScalarNode)]
+        wrong = [one for one in names if not re.fullmatch(NAME, one.value, re.ASCII)]  # reported there
+        names = [one for one in names if one not in wrong[1:] or not is_selection(one.value)]
         if not self._count(len(names) * _size(program), key):
             return []
         made = []
         for name in names:
-            own = f"{key.value}-{name.value}" if not is_selection(name.value) else key.value  # a wrong one
             pairs = [
                 (_scalar(one, _ONE[kinds[0]]), name) if value is listed else (one, _copy(value))
                 for one, value in program.value
                 if not (isinstance(one, yaml.ScalarNode) and one.value in others and value is not listed)
             ]
-            made.append((_scalar(key, own), _like(program, pairs)))
+            own = key if name in wrong[:1] else _scalar(key, f"{key.value}-{name.value}")
+            made.append((own, like(program, pairs)))
         return made
 
     # Errors
@@ -272,7 +275,7 @@ class _Writer:
         elif error.inside:
             island = below(below(self.root, "islands"), error.inside.removeprefix("island:"))
             nodes = items(below(island, "hosts"))
-        start, end = _part(nodes[error.number], error.start, error.end)
+        start, end = part_of(nodes[error.number], error.start, error.end)
         circle = self._circles.setdefault(error.steps, (start, end)) if error.steps else (start, end)
         made = yaml.ScalarNode(TEXT, item.value if item is not None else "", *circle)
         if circle == (start, end):  # each of its groups would be an error
@@ -289,28 +292,15 @@ class _Writer:
             self._reported |= {found.span} if found.span else set()
 
 
-def _part(node: yaml.Node, start: int, end: int) -> tuple[yaml.Mark, yaml.Mark]:
-    """The position of some columns of a text; of the whole text if it is written with escapes or folded."""
-    first, last = node.start_mark, node.end_mark
-    quoted = int(isinstance(node, yaml.ScalarNode) and node.style in ("'", '"'))
-    if first.line != last.line or last.column - first.column != len(node.value) + 2 * quoted:
-        return first, last
-    return _moved(first, quoted + start), _moved(first, quoted + max(end, start + 1))
-
-
 def _guessed(error: SelectionError, node: yaml.Node, place: Span) -> Fix | None:
     """The guess at what a word of a selection should be, where it is written as it is read."""
     style = node.style if isinstance(node, yaml.ScalarNode) else None
     plain = style not in ("'", '"')
-    if not error.meant or _part(node, error.start, error.end)[0] is node.start_mark or style in ("|", ">"):
+    if not error.meant or part_of(node, error.start, error.end)[0] is node.start_mark or style in ("|", ">"):
         return None
     if plain and not _PLAIN.fullmatch(error.meant):  # YAML reads `@lab` and `!k3` only in quotes
         return None
     return Fix(f"write `{error.meant}`", (Edit(place, error.meant),), safe=False)
-
-
-def _moved(mark: yaml.Mark, columns: int) -> yaml.Mark:
-    return yaml.Mark(mark.name, mark.index + columns, mark.line, mark.column + columns, None, 0)
 
 
 def _values(node: yaml.Node) -> list[yaml.Node]:
@@ -325,24 +315,21 @@ def _with(node: yaml.Node, key: str, value: yaml.Node) -> yaml.Node:
     if below(node, key) is value:
         return node
     old = below(node, key)
-    return _like(node, [(one, value if given is old else given) for one, given in node.value])
-
-
-def _like(node: Any, value: list[Any]) -> yaml.Node:
-    made: yaml.Node = copy(node)
-    made.value = value
-    return made
+    return like(node, [(one, value if given is old else given) for one, given in node.value])
 
 
 def _scalar(node: Any, text: str) -> yaml.ScalarNode:
-    return yaml.ScalarNode(TEXT, text, node.start_mark, node.end_mark, style=node.style)
+    """A text in the place of a node: of a variable too."""
+    made: yaml.ScalarNode = copy(node)
+    made.tag, made.value = TEXT, text
+    return made
 
 
 def _copy(node: yaml.Node) -> yaml.Node:
     """A copy of lists and mappings, which would otherwise count as aliases."""
     if isinstance(node, yaml.MappingNode):
-        return _like(node, [(key, _copy(value)) for key, value in node.value])
-    return _like(node, [_copy(item) for item in node.value]) if isinstance(node, yaml.SequenceNode) else node
+        return like(node, [(key, _copy(value)) for key, value in node.value])
+    return like(node, [_copy(item) for item in node.value]) if isinstance(node, yaml.SequenceNode) else node
 
 
 def _size(node: Any) -> int:

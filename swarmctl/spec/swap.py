@@ -49,7 +49,7 @@ def swap(document: Document, robot: str, other: str) -> Swap:
             span = source.span(next(loc for loc in places if _get(source, loc) is not None))
             raise SwapError(
                 f"{span.file}:{span.line}:{span.column}: `{key}` cannot be exchanged in the text",
-                "it is written for several entries at once, or behind an alias: write it for each robot",
+                "an alias, a variable or one text for several entries has it: write it for each robot",
             )
         if found:
             parts += found

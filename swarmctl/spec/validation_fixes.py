@@ -208,7 +208,9 @@ def _value_fix(kind: str, source: Source, loc: Loc, given: Any) -> Fix | None:
     if kind in ("tuple_type", "list_type") and is_list_in_braces(given):
         return make_fix("write square brackets", replace_value(source, loc, list(given)), safe=True)
     if kind in ("tuple_type", "list_type") and isinstance(given, str) and _ONE_WORD.fullmatch(given):
-        return make_fix("put it in brackets", replace_value(source, loc, [given]), safe=True)
+        # `hosts` or `robots` of a program may be meant to be `host` or `robot`: a list makes other names
+        safe = loc[0] != "programs" or loc[-1] not in ("hosts", "robots")
+        return make_fix("put it in brackets", replace_value(source, loc, [given]), safe=safe)
     if kind == "value_error" and loc[-1] == "subnet" and (subnet := _subnet(given)):
         # the prefix length may be the wrong part
         return make_fix(f"write `{subnet}`", replace_value(source, loc, subnet), safe=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable, Mapping
+from copy import copy
 from typing import Any
 
 import yaml
@@ -106,7 +107,9 @@ _SLIPS_OF_LINES = (
         "begin an entry of a list with `- `, the hyphen of the keyboard",
     ),
 )
-_BRACKET = re.compile(r"\[[0-9][0-9,*-]*\][^\s,:{}\[\]]*")
+_BRACKET = re.compile(
+    r"(?:\[[0-9][0-9,*-]*\]|(?<=\$)\{[a-z][a-z0-9_]*\})(?:\$\{[a-z][a-z0-9_]*\}|[^\s,:{}\[\]])*"
+)
 
 
 def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnostic:
@@ -115,8 +118,9 @@ def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnosti
     problem = " ".join((error.problem or error.context or "invalid syntax").split())
     if mark is None:
         return Diagnostic("YAML001", f"this is not YAML: {problem}", Span(name, 1, 1, 1, 1))
-    if word := _range_around(text, mark.index):
-        return Diagnostic("YAML001", "a range needs quotes here", at(mark), help=(f'write "{word}"',))
+    if word := _word_around(text, mark.index):
+        what = "a range" if text[mark.index] == "[" else "a variable"
+        return Diagnostic("YAML001", f"{what} needs quotes here", at(mark), help=(f'write "{word}"',))
     if opened := _quote_over_lines(text, mark):
         ends = Note(at(mark), "its text ends before this")
         return Diagnostic("YAML001", _NOT_CLOSED[0], opened, notes=(ends,), help=_NOT_CLOSED[1:])
@@ -186,9 +190,10 @@ def _slip_in_line(text: str, mark: yaml.Mark, name: str) -> Diagnostic | None:
     return None
 
 
-def _range_around(text: str, index: int) -> str:
-    """Returns the range like ``pi-[1-5]`` whose bracket is at ``index``: YAML splits it within brackets."""
-    head, found = _WORD_END.search(text[max(0, index - 80) : index]), _BRACKET.match(text[index : index + 80])
+def _word_around(text: str, index: int) -> str:
+    """Returns the word like ``pi-[1-5]`` or ``${net}.1`` that YAML splits at the bracket at ``index``."""
+    start, end = max(0, index - 80), index + 80
+    head, found = _WORD_END.search(text[start:index]), _BRACKET.match(text[start:end], index - start)
     return head[0] + found[0] if head and found else ""
 
 
@@ -330,6 +335,33 @@ class OverlaidNode(yaml.MappingNode):
     """A mapping merged with an overlay. ``removed``: the pairs by which the overlay removes keys."""
 
     removed: Mapping[str, Pair]
+
+
+class Replaced(yaml.ScalarNode):
+    """A scalar in the place of a text with variables. ``values``: what each of them is set to."""
+
+    values: Mapping[str, yaml.Node]
+
+
+def part_of(node: yaml.Node, start: int, end: int) -> tuple[yaml.Mark, yaml.Mark]:
+    """Returns the position of some columns of a text; of the whole text if it is written otherwise."""
+    first, last = node.start_mark, node.end_mark
+    quoted = int(isinstance(node, yaml.ScalarNode) and node.style in ("'", '"'))
+    as_read = last.column - first.column == len(node.value) + 2 * quoted and not isinstance(node, Replaced)
+    if first.line != last.line or not as_read:
+        return first, last
+    return _moved(first, quoted + start), _moved(first, quoted + max(end, start + 1))
+
+
+def _moved(mark: yaml.Mark, columns: int) -> yaml.Mark:
+    return yaml.Mark(mark.name, mark.index + columns, mark.line, mark.column + columns, None, 0)
+
+
+def like(node: Any, value: list[Any]) -> yaml.Node:
+    """Returns a copy of a list or mapping with other content."""
+    made: yaml.Node = copy(node)
+    made.value = value
+    return made
 
 
 def span_of(node: yaml.Node) -> Span:

@@ -12,8 +12,8 @@ Rules use them to build the ``fix`` of a diagnostic with ``make_fix``:
     as_text(source, ("links", 1, "usb", "serial"))            the same word in quotes
 
 ``spec.references.rename`` renames something and every reference to it. A change that the text does not allow
-(behind an alias, or of one element of a range) is an empty tuple, and ``make_fix`` returns None for it.
-An edit of what a range writes once for several entries counts these as its ``copies``.
+(behind an alias, of one element of a range, of what a variable means) is an empty tuple, and ``make_fix``
+returns None for it. An edit of what a range writes once for several entries counts these as its ``copies``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ import yaml
 
 from swarmctl.diagnostics import Edit, Fix, Span
 from swarmctl.yamltext import hostlist
-from swarmctl.yamltext.compose import removal_of
+from swarmctl.yamltext.compose import Replaced, removal_of
 from swarmctl.yamltext.cst import Entry, Kind, Layout, Part, layout, line_starts
 from swarmctl.yamltext.files import MAX_FIXABLE
 from swarmctl.yamltext.scalars import literal, text_of
@@ -185,7 +185,7 @@ def joined(parts: Iterable[Edits]) -> Edits:
 def replace_value(source: Source, loc: Loc, value: Any) -> Edits:
     """Returns the edit that replaces a value."""
     found = _find(source, loc)
-    if found is None or found.in_list_of_range:
+    if found is None or found.in_list_of_range or isinstance(found.node, Replaced):
         return ()
     quote = found.part.style if found.part.style in _QUOTES else ""
     return found.edits(replaced(found.layout, found.part, literal(value, quote)))
@@ -267,9 +267,9 @@ def put(source: Source, loc: Loc, value: Any) -> Edits:
 
 
 def append_item(source: Source, loc: Loc, value: Any) -> Edits:
-    """Returns the edit that appends an item to the list at ``loc``."""
+    """Returns the edit that appends an item to the list at ``loc``; none if it leaves names out: `!k3`."""
     found = _find(source, loc)
-    if found is None:
+    if found is None or any("!" in entry.value.value for entry in found.part.entries):
         return ()
     if found.part.empty:
         return replace_value(source, loc, [value])

@@ -26,7 +26,7 @@ Index = tuple[yaml.Node, Sequence[yaml.Node]]  # a range in an entry, and its el
 
 _BRACKET_IN_WORD = re.compile(r"\[(?<=[^\s\[{(,]\[)")
 # Below these keys text is free.
-FREE = frozenset({"types", "computers", "params", "args", "command", "environment", "reason"})
+FREE = frozenset({"types", "computers", "params", "args", "command", "environment", "reason", "vars"})
 
 
 def may_stand_in(text: str) -> bool:
@@ -41,7 +41,7 @@ def expand(root: yaml.Node, others: Iterable[yaml.Node] = ()) -> tuple[yaml.Node
 
     Where a range is wrong, the tree has something likely: the first element, or elements used again.
     """
-    if _height(root, 0, {}) > MAX_DEPTH:  # building the data reports it
+    if height(root, 0, {}) > MAX_DEPTH:  # building the data reports it
         return root, []
     writer = _Writer(others)
     return writer.outside(root), writer.diagnostics
@@ -254,8 +254,8 @@ def _guessed(node: yaml.ScalarNode, meant: str) -> Fix | None:
     return Fix(f"write `{meant}`", (Edit(place, f'"{meant}"'),), safe=False)
 
 
-def _height(node: yaml.Node, above: int, known: dict[int, float]) -> float:
-    """Returns how deep lists and mappings nest; infinite if an alias contains itself."""
+def height(node: yaml.Node, above: int, known: dict[int, float]) -> float:
+    """Returns how deep lists and mappings nest, ``above`` those around; infinite if an alias holds itself."""
     if isinstance(node, yaml.ScalarNode):
         return 0
     if above > MAX_DEPTH:
@@ -263,7 +263,7 @@ def _height(node: yaml.Node, above: int, known: dict[int, float]) -> float:
     if id(node) not in known:
         known[id(node)] = math.inf
         pairs = node.value if isinstance(node, yaml.MappingNode) else ((item,) for item in node.value)
-        heights = (_height(one, above + 1, known) for pair in pairs for one in pair)
+        heights = (height(one, above + 1, known) for pair in pairs for one in pair)
         known[id(node)] = 1 + max(heights, default=0)
     return known[id(node)]
 

@@ -26,7 +26,7 @@ def test_it_names_what_is_wrong_here_and_on_the_way_to_a_host(tmp_path: Path) ->
     assert run.returncode == exit_codes.UNHEALTHY
     lines = run.stdout.splitlines()
     for line, remedy in (
-        ("✗ spec: swarm.yaml has 1 error", "`swarmctl validate`"),
+        ("✗ spec: swarm.yaml has 2 errors", "`swarmctl validate`"),
         ("✗ pinned keys: pi has none", "`swarmctl trust`"),
         ("✗ private keys: there is no private key to log in to pi with", "create one with `ssh-keygen"),
     ):

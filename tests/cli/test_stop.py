@@ -115,10 +115,10 @@ def test_a_robot_without_a_host_is_named(folder: Path, monkeypatch: pytest.Monke
     assert found.returncode == exit_codes.HOSTS_FAILED
     assert "r3  NOT STOPPED: the spec has no host with an address for it" in found.stdout
     assert "2 of 3 robots stand" in found.stdout
-    assert "swarm.yaml has 1 error, and what could be read of it was used; `swarmctl validate` shows" in (
+    assert "swarm.yaml has 3 errors, and what could be read of it was used; `swarmctl validate` shows" in (
         found.stderr
     )
-    assert "1 error" in swarmctl("validate", cwd=folder).stderr
+    assert "3 errors" in swarmctl("validate", cwd=folder).stderr
 
 
 @pytest.mark.parametrize(

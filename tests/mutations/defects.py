@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -91,10 +91,10 @@ def _base(name: str, layers: tuple[Path, ...], files: Sequence[Path]) -> Base:
     return Base(name, layers, tuple(File(path, path.read_text("utf-8")) for path in files))
 
 
-def defects(base: Base, most: int) -> Iterator[Defect]:
+def defects(base: Base, most: int, kinds: Mapping[str, Changes] = MISTAKES) -> Iterator[Defect]:
     """Yields the defects of one base: of each mistake in each file ``most`` at most, always the same ones."""
     for file in base.files:
-        for name, changes in MISTAKES.items():
+        for name, changes in kinds.items():
             found = [one for one in changes(file) if one.text != file.text]
             chance = random.Random(zlib.crc32(f"{base.name} {file.path.name} {name}".encode()))
             for one in found if len(found) <= most else chance.sample(found, most):

@@ -17,7 +17,12 @@ from swarmctl.yamltext.files import Read, content
 from tests.loading import lint_files
 from tests.mutations.defects import Base, Defect
 
-from . import mistakes_of_spelling, mistakes_of_structure, mistakes_of_value  # noqa: F401  they fill the registry
+from . import (  # noqa: F401  they fill the registry
+    mistakes_across,
+    mistakes_of_spelling,
+    mistakes_of_structure,
+    mistakes_of_value,
+)
 
 
 class Outcome(Enum):
@@ -44,7 +49,7 @@ def judged(defect: Defect) -> Verdict:
     path = defect.file.path
     texts = {str(path): defect.change.text}
     before = {(one.code, one.message) for one in clean(defect.base)}
-    result = _lint(defect.base, texts)
+    result = lint(defect.base, texts)
     found = tuple(one for one in result.diagnostics if (one.code, one.message) not in before)
     at_the_line = any(_fits(span, defect) for one in found for span in _spans(one))
     return Verdict(defect, found, at_the_line, _outcome(defect, found, texts))
@@ -63,7 +68,7 @@ def _outcome(defect: Defect, found: Sequence[Diagnostic], texts: Texts) -> Outco
 @cache
 def clean(base: Base) -> tuple[Diagnostic, ...]:
     """Returns the findings of the correct spec, which are warnings at most."""
-    return _lint(base, {}).diagnostics
+    return lint(base, {}).diagnostics
 
 
 def _reader(base: Base, texts: Texts) -> Read:
@@ -76,13 +81,14 @@ def _reader(base: Base, texts: Texts) -> Read:
     return read
 
 
-def _lint(base: Base, texts: Texts) -> Findings:
+def lint(base: Base, texts: Texts) -> Findings:
+    """Checks a base with other texts of some files."""
     return lint_files(base.layers, _reader(base, texts))
 
 
 def _digests(base: Base, texts: Texts) -> Mapping[str, str] | None:
     """Returns what each host would get, by its digest; None if the spec has errors."""
-    if has_errors(_lint(base, texts).diagnostics):
+    if has_errors(lint(base, texts).diagnostics):
         return None
     document, _ = load(base.layers, _reader(base, texts))
     assert document is not None
@@ -97,7 +103,7 @@ def _clean_digests(base: Base) -> Mapping[str, str] | None:
 def _fixed(defect: Defect, texts: Texts) -> str:
     path = str(defect.file.path)
     read = _reader(defect.base, texts)
-    done = fixable(lambda some: _lint(defect.base, {**texts, **some}), lambda file: read(Path(file)).decode())
+    done = fixable(lambda some: lint(defect.base, {**texts, **some}), lambda file: read(Path(file)).decode())
     return done.safe.texts.get(path, defect.change.text)
 
 

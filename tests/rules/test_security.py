@@ -72,6 +72,7 @@ def found_with(value: str, leader_spec: Path, tmp_path: Path) -> list[str]:
         ('note: "https://broker:8080/@robot"', []),
         ('note: "mqtt://robot@broker"', []),
         ('note: "mqtt://robot:${PASSWORD}@broker"', []),
+        ('note: "Authorization: Bearer {secret}"', []),
         ("note: AKIA", []),
         ("note: -----BEGIN PUBLIC KEY-----", []),
     ],

@@ -215,7 +215,8 @@ def test_a_first_spec_has_their_links(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "code", "words"),
     [
-        ("capacity_mbps: 8.0", "capacity_mbps: 2.5", "LINK012", "carries 2 of 2.5 Mbit/s"),
+        ("capacity_mbps: 8.0", "capacity_mbps: 2.5", "LINK012", "has to carry 2 of 2.5 Mbit/s"),
+        ("capacity_mbps: 8.0", "capacity_mbps: 1.5", "LINK015", "has to carry 2 of 1.5 Mbit/s"),
         ("e7e7e7e702", "E7E7E7E701", "ID009", "`cf-1` and robot `cf-2`"),
         ("radio://0/80/2M/e7e7e7e702", "radio://1/81/1M/E7E7E7E702", "RADIO004", "80 and 81"),
         ("kind: tcp, host: pi, robot: rover", "kind: radio, host: pi, robot: rover", "SPEC", "`uri`"),

@@ -36,6 +36,17 @@ def test_the_hub_relays_for_hosts_that_share_no_network(tmp_path: Path) -> None:
     assert (ends_of(swarm, "laptop"), ends_of(swarm, "k3-pi")) == (["epuck-pi", "k3-pi"], [])
 
 
+def test_another_host_relays_to_the_hub(tmp_path: Path) -> None:
+    behind = ("hosts: [laptop, epuck-pi]", "hosts: [k3-pi, epuck-pi]")
+    root = ("security: sealed", "security: sealed\ntime: {root: k3-pi, servers: [pool.ntp.org]}")
+    swarm, errors = swarm_of(tmp_path, behind, root)
+    assert errors == set()
+    assert swarm is not None
+    assert routes_of(swarm, "epuck-pi") == {"k3-pi": ("laptop",)}
+    assert swarm_of(tmp_path, behind)[1] == {"TIME001"}  # clocks pass through nobody
+    assert "NET001" in swarm_of(tmp_path, behind, ("security: sealed", "security: filtered"))[1]
+
+
 def test_in_one_network_nobody_relays(tmp_path: Path) -> None:
     swarm, _ = swarm_of(tmp_path, ("hosts: [laptop, k3-pi]", "hosts: [laptop, k3-pi, epuck-pi]"))
     assert swarm is not None

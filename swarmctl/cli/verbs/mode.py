@@ -153,7 +153,7 @@ def _wrong(document: Document, conversion: Conversion) -> list[str]:
         ranges = "; ".join(text for text, _ in hostlist.ranges_of(conversion.undone))
         undone = re.sub(r"\[\[(.*?)\]\]", r"[\1]", ranges)  # links[[1-3]] -> links[1-3]
         return [
-            f"in another file, or for only some elements of a range: {undone}",
+            f"in another file, in a variable, or for only some elements of a range: {undone}",
             "make these changes by hand, or convert one file without ranges: `swarmctl spec --expanded`",
         ]
     result, found = load_text(conversion.text, document.source.path, document.catalog)
