@@ -1,4 +1,4 @@
-"""The programs that swarmctl ships, and the buttons, axes and speeds of gamepads."""
+"""The programs that swarmctl ships, the buttons, axes and speeds of gamepads, and who wins over a person."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from swarmctl.rules.authority import checks_commanders
 from swarmctl.spec.catalog import shipped
 from swarmctl.spec.program_model import Program
 from swarmctl.suggest import did_you_mean, guess
+from swarmctl.swarm.shipped_programs import SHIPPED
 from swarmctl.swarm.topics import JOY_TYPE
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value
 
@@ -257,3 +258,39 @@ def _stop(context: RuleContext, pad: _Settings) -> tuple[float, str] | None:
     robots = [robot for one in control for robot in one.of if checks_commanders(context, robot)]
     first = min(robots, key=lambda one: context.command_timeouts[one], default=None)
     return None if first is None else (context.command_timeouts[first], f"robot `{first}`")
+
+
+_BY_HAND = ("teleop_twist_joy", "teleop_twist_keyboard", "joy_teleop", "key_teleop")
+
+
+@rule("AUTH014")
+def outranked_persons(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program that wins over everybody who drives a robot by hand; one finding for each entry."""
+    programs = context.spec.programs
+    by_hand = {name for name, one in programs.items() if one.use in SHIPPED or one.package in _BY_HAND}
+    highest: dict[str, tuple[int, int]] = {}  # of those who drive a robot by hand, with the entry
+    for index, control in enumerate(context.spec.control if by_hand else ()):
+        if control.by in by_hand:
+            for robot in control.of:
+                highest[robot] = max(highest.get(robot, (-1, -1)), (control.priority, index))
+    for index, control in enumerate(context.spec.control if highest else ()):
+        if control.by not in programs or control.by in by_hand:
+            continue
+        robots = [one for one in control.of if highest.get(one, (255, 0))[0] < control.priority]
+        checked = [one for one in robots if checks_commanders(context, one)]
+        if checked:
+            priority, other = highest[checked[0]]
+            person = context.spec.control[other].by
+            more = f" and {len(checked) - 1} more" if len(checked) > 1 else ""
+            yield Diagnostic(
+                "AUTH014",
+                f"nobody takes over `{checked[0]}`{more} by hand while `{control.by}` commands: "
+                f"it wins over `{person}`",
+                context.span("control", index, "priority"),
+                label=f"higher than the {priority} of `{person}`",
+                notes=(Note(context.span("control", other, "by"), "drives by hand"),),
+                help=(
+                    f"give `{person}` a higher priority than `{control.by}`",
+                    f"or ignore this, if `{control.by}` only prevents collisions and is silent otherwise",
+                ),
+            )

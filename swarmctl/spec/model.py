@@ -40,6 +40,7 @@ from swarmctl.robot_types.any_robot_type import DRIVERS, TaggedRobotType
 from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
 from swarmctl.spec.install_model import Install, PackageSource
+from swarmctl.spec.maintenance_model import NO_TERMS, Maintenance
 from swarmctl.spec.program_model import Megabytes, Program
 from swarmctl.spec.reach import PORT, USER
 from swarmctl.spec.ros_model import Multimaster, Ros
@@ -115,37 +116,6 @@ class Host(Model):
         description="Values of variables at this host, its robots, links and programs.",
         examples=[{"map": "hall"}],
     )
-
-
-class Maintenance(Model):
-    """When swarmctl may stop or restart the units of a robot."""
-
-    idle: Annotated[float, Unit("s")] | None = Field(
-        None,
-        ge=0,
-        le=86_400,
-        examples=[30.0],
-        description="Time for which the robot had no command and did not move, as far as its driver measures "
-        "that; 0 asks for nothing.",
-    )
-    battery: float | None = Field(
-        None,
-        ge=0,
-        le=1,
-        examples=[0.4],
-        description="How full its battery must be, 0 to 1 as `percentage` of sensor_msgs/BatteryState; 0 "
-        "asks for nothing.",
-    )
-    docked: bool | None = Field(
-        None,
-        examples=[True],
-        description="Whether it must be docked: by a topic `docked` of type std_msgs/Bool in `publishes` of "
-        "its driver, else by one of type sensor_msgs/BatteryState, with `power_supply_status` charging or "
-        "full.",
-    )
-
-
-NO_TERMS = Maintenance()  # one for all robots without: a spec can have many thousand
 
 
 class StartPose(Model):

@@ -12,7 +12,8 @@ from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.links.link_base import Device, RobotLink
 from swarmctl.spec import keystore, wireguard_keys
 from swarmctl.spec.load import Document
-from swarmctl.spec.model import NO_TERMS, Maintenance, Spec
+from swarmctl.spec.maintenance_model import NO_TERMS, Maintenance
+from swarmctl.spec.model import Spec
 from swarmctl.spec.ros_model import Multimaster
 from swarmctl.spec.selection_candidates import Candidates
 from swarmctl.spec.selection_expansion import candidates_in

@@ -26,6 +26,7 @@ from swarmctl.ros_packages.urdf import Urdf
 from swarmctl.spec import model
 from swarmctl.spec import program_model as declared_program
 from swarmctl.spec.install_model import Install
+from swarmctl.spec.maintenance_model import NO_TERMS, Maintenance
 from swarmctl.spec.model import Mode
 from swarmctl.spec.reach import HostLogin
 from swarmctl.spec.ros_model import Multimaster
@@ -177,7 +178,7 @@ class Robot:
     topics: tuple[DriverTopic, ...]  # what its driver publishes
     command: CommandTopic | None  # where it takes commands; None if it takes none
     start: model.StartPose | None = None
-    maintenance: model.Maintenance = model.NO_TERMS
+    maintenance: Maintenance = NO_TERMS
     urdf: Urdf | None = None  # of its own, or of its type, in place of the one that is made from a type
 
     @property

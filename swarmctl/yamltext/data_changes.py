@@ -6,6 +6,7 @@ from typing import Any
 
 import yaml
 
+from swarmctl.yamltext.compose import like
 from swarmctl.yamltext.source import Loc
 
 REMOVED = object()
@@ -49,7 +50,7 @@ def with_key(node: yaml.Node | None, loc: Loc, name: str) -> yaml.Node | None:
         if key.value == step and not rest:
             key = yaml.ScalarNode(key.tag, name, key.start_mark, key.end_mark, key.style)  # noqa: PLW2901
         pairs.append((key, with_key(value, rest, name) if key.value == step and rest else value))
-    return yaml.MappingNode(node.tag, pairs, node.start_mark, node.end_mark, node.flow_style)
+    return like(node, pairs)
 
 
 def without_item(node: yaml.Node | None, loc: Loc) -> yaml.Node | None:
@@ -58,8 +59,8 @@ def without_item(node: yaml.Node | None, loc: Loc) -> yaml.Node | None:
     if isinstance(node, yaml.SequenceNode) and isinstance(step, int) and step < len(node.value):
         items = list(node.value)
         items[step : step + 1] = [without_item(items[step], rest)] if rest else []
-        return yaml.SequenceNode(node.tag, items, node.start_mark, node.end_mark, node.flow_style)
+        return like(node, items)
     if isinstance(node, yaml.MappingNode):
         pairs = [(key, without_item(one, rest) if key.value == step else one) for key, one in node.value]
-        return yaml.MappingNode(node.tag, pairs, node.start_mark, node.end_mark, node.flow_style)
+        return like(node, pairs)
     return node
