@@ -132,10 +132,10 @@ def _guess(word: str, known: tuple[str, ...]) -> Guess:
     if other is not None:
         return Guess((other,), word in _SYNONYMS or typing_errors(word, other) == 1)
     errors = {one: typing_errors(word, one) for one in known if is_near(word, one)}
-    if not errors:
-        longer = tuple(one for one in known if one.startswith((f"{word}-", f"{word}_")))
+    longer = tuple(one for one in known if one.startswith((f"{word}-", f"{word}_")))
+    least = min(errors.values(), default=_FARTHEST)
+    if not errors or (longer and least > 1):
         return Guess(longer) if len(longer) <= MOST_NEAR else Guess()
-    least = min(errors.values())
     best = tuple(one for one, count in errors.items() if count == least)
     if len(best) > MOST_NEAR:
         return Guess()

@@ -34,3 +34,8 @@ def test_a_name_is_not_suggested_for_itself() -> None:
 def test_a_thousand_wrong_names_in_a_large_spec_take_little_work() -> None:
     with work_at_most(100):  # comparing each with all took minutes
         assert all(did_you_mean(f"bott-{number:05}", tuple(ROBOTS), "robots") for number in range(1_000))
+
+
+def test_a_word_that_goes_on_is_likelier_than_one_with_several_other_letters() -> None:
+    assert nearest("deadman", ("dead_zone", "deadman_button")) == "deadman_button"
+    assert nearest("dead_zne", ("dead_zone", "dead_zne_button")) == "dead_zone"

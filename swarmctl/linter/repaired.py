@@ -60,6 +60,7 @@ class Repair(Generic[M]):
         self._likely: dict[Loc, Sequence[Any]] = {}
         self.lost = set[str]()  # names, in backticks, that may be meant where something is wrong
         self.topics = set[str]()  # that are wrong
+        self.names = set[Span | None]()  # where a name is wrong or lacking
         for name in unread:
             self._give_up(name)
 
@@ -120,6 +121,7 @@ class Repair(Generic[M]):
         Returns False if nothing is left to change, or there are too many.
         """
         before = self.source.data
+        self.names |= {one.span for one in found if one.severity is Severity.ERROR}
         unknown = list(islice(undefined(before, known), MOST_ERRORS + 1))
         for kinds, loc, word in unknown if len(unknown) <= MOST_ERRORS else ():
             self._repair_name(loc, word, kinds, [name for kind in kinds for name in known[kind]])
@@ -303,14 +305,14 @@ def repaired_types(catalog: Catalog, way: int) -> tuple[Catalog, list[Diagnostic
 
 
 def in_both(
-    known: Iterable[Diagnostic],
+    wrong: Collection[Span | None],
     ways: Sequence[Iterable[Diagnostic]],
     lost: Collection[str],
     topics: Collection[str],
 ) -> Iterator[Diagnostic]:
     """Yields the findings of two repaired specs that do not depend on how they were repaired.
 
-    Nor do they name what is ``lost`` or near to wrong ``topics``, or a place of a ``known`` error.
+    Nor do they name what is ``lost`` or near to wrong ``topics``, or a ``wrong`` place.
     """
 
     def seen(found: Diagnostic) -> tuple[object, ...]:
@@ -322,11 +324,10 @@ def in_both(
             _is_within(word, text) or is_near(word, text) for word in words for text in topics
         )
 
-    wrong = {one.span for one in known if one.severity is Severity.ERROR}
     others = {seen(one): one for one in ways[1]}
     for one in ways[0]:
         other = others.get(seen(one))
-        if other is not None and not is_lost(one) and wrong.isdisjoint(note.span for note in one.notes):
+        if other is not None and not is_lost(one) and not any(note.span in wrong for note in one.notes):
             yield one if one.fix == other.fix else replace(one, fix=None)
 
 

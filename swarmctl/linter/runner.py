@@ -134,7 +134,8 @@ def _at_once(known: Sequence[Diagnostic], faulty: _Faulty) -> tuple[Diagnostic, 
     found, document = list(known), None
     if sum(one.severity is Severity.ERROR for one in known) <= MOST_ERRORS:
         (document, first, one), (_, second, other) = (_repaired(faulty, way) for way in WAYS)
-        others = in_both(known, (first, second), one.lost | other.lost, one.topics | other.topics)
+        wrong = one.names | other.names | {one.span for one in known if one.severity is Severity.ERROR}
+        others = in_both(wrong, (first, second), one.lost | other.lost, one.topics | other.topics)
         found += apart_from(known, others)
     if document is not None:
         with suppress(UnreadError):

@@ -8,6 +8,9 @@ from swarmctl.analysis.host_load import SMALL_NODES, HostBudget
 from swarmctl.analysis.network_load import CAREFUL_NETWORK, network_budgets
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.yamltext.edits import make_fix, replace_value
+
+_FASTEST_WLAN = 10_000  # Mbit/s; two streams of IEEE 802.11be have 5 765, shared by both ways
 
 
 @rule("CAP001")
@@ -21,12 +24,22 @@ def memory(context: RuleContext) -> Iterator[Diagnostic]:
                 f"{budget.memory_mb} MB",
                 context.span("hosts", budget.host, key=True),
                 label=f"{budget.share:.0%} of its memory",
+                notes=_largest(context, budget),
                 help=(f"it runs {_parts(budget)}; move programs to another host",),
             )
 
 
 def _parts(budget: HostBudget) -> str:
     return ", ".join(f"{size} MB for {what}" for what, size in budget.parts)
+
+
+def _largest(context: RuleContext, budget: HostBudget) -> tuple[Note, ...]:
+    """Where the memory of its largest program is declared."""
+    programs = [(size, name) for name, size in budget.parts if name in context.spec.programs]
+    if not programs:
+        return ()
+    size, name = max(programs)
+    return (Note(context.span("programs", name, "memory_mb"), f"program `{name}` needs {size} MB"),)
 
 
 @rule("CAP003")
@@ -82,4 +95,20 @@ def networks(context: RuleContext) -> Iterator[Diagnostic]:
                     "lower the rates, use smaller messages, or subscribe on the publisher's host",
                     "or measure the network with iperf3, and set `capacity_mbps`",
                 ),
+            )
+
+
+@rule("CAP006")
+def fast_wlans(context: RuleContext) -> Iterator[Diagnostic]:
+    """A wlan with a capacity that no wlan has."""
+    for index, link in context.networks:
+        if link.wireless and link.capacity_mbps is not None and link.capacity_mbps > _FASTEST_WLAN:
+            loc, meant = ("links", index, "capacity_mbps"), link.capacity_mbps / 1000
+            yield Diagnostic(
+                "CAP006",
+                f"wlan `{link.name}` has a capacity of {link.capacity_mbps:g} Mbit/s",
+                context.span(*loc),
+                label="more than any wlan has",
+                help=(f"if this is in kbit/s, write {meant:g}",),
+                fix=make_fix(f"write {meant:g}", replace_value(context.source, loc, meant), safe=False),
             )

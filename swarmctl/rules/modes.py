@@ -11,7 +11,7 @@ from swarmctl.spec import model
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.bridges import provider_name
 from swarmctl.swarm.discovery import has_master
-from swarmctl.swarm.modes import ROLES, hub_of
+from swarmctl.swarm.modes import MULTIMASTER, ROLES, hub_of
 from swarmctl.yamltext.edits import append_item, make_fix, remove, rename_key, replace_value, set_key
 
 Loc = tuple[str | int, ...]
@@ -110,10 +110,11 @@ def robots_have_hosts(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("MODE005", "MODE006")
 def hosts_without_ros(context: RuleContext) -> Iterator[Diagnostic]:
     """Programs and drivers on other hosts than the leader, where only the leader runs ROS."""
-    leaders, meant = {}, {}
+    leaders: dict[str, str] = {}
+    meant: dict[str, Fix | None] = {}  # by host, what makes its leader right
     for loc, leader, hosts in _under_sole_leaders(context):
         leaders.update(dict.fromkeys(hosts, leader))
-        meant[leader] = wrong_word(context, loc, leader, hosts)
+        meant.update(dict.fromkeys(hosts, wrong_word(context, loc, leader, hosts)))
     spec = context.spec
     for name, program in spec.programs.items():
         host = context.program_hosts[name]
@@ -124,7 +125,7 @@ def hosts_without_ros(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span("programs", name, "host" if program.host else "robot"),
                 label="runs no ROS in mode `single-minded`",
                 help=(f"run it on `{leaders[host]}`, or choose mode `leader`",),
-                fix=meant[leaders[host]]
+                fix=meant[host]
                 or (_moved(context, ("programs", name, "host"), leaders[host]) if program.host else None),
             )
     for name, robot in spec.robots.items():
@@ -137,7 +138,7 @@ def hosts_without_ros(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span("robots", name, "host"),
                 label="runs no ROS in mode `single-minded`",
                 help=(f"write `host: {leader}`, and start the robot's link there, or choose mode `leader`",),
-                fix=meant[leader]
+                fix=meant[robot.host]
                 or (_moved(context, ("robots", name, "host"), leader) if starts_there else None),
             )
 
@@ -166,7 +167,7 @@ def wrong_word(context: RuleContext, loc: Loc, leader: str, hosts: Collection[st
     works = {host for _, host in lines}
     works |= {one.host or "" for one in robots.values()} | {one.host or "" for one in programs}
     others = works.intersection(hosts) - {leader}
-    if len(others) == 1 and leader not in works:
+    if len(others) == 1 and (leader not in works or leader not in hosts):
         (other,) = others
         edits = replace_value(context.source, (*loc, "leader"), other)
         return make_fix(f"write `leader: {other}`", edits, safe=False)
@@ -193,6 +194,22 @@ def unused_islands(context: RuleContext) -> Iterator[Diagnostic]:
             )
             if spec.leader is None and spec.hub is None
             else None,
+        )
+
+
+@rule("MODE018")
+def multimaster_of_one_graph(context: RuleContext) -> Iterator[Diagnostic]:
+    """`multimaster` in a mode with one graph."""
+    spec = context.spec
+    if spec.multimaster is not None and spec.mode not in MULTIMASTER:
+        yield Diagnostic(
+            "MODE018",
+            f"`multimaster` has no effect in mode `{spec.mode.value}`",
+            context.span("multimaster", key=True),
+            label="nothing of it is used",
+            notes=(Note(context.span("mode"), "all hosts share one graph"),),
+            help=("remove it, or choose mode `standalone` or `combined`",),
+            fix=make_fix("remove `multimaster`", remove(context.source, ("multimaster",)), safe=False),
         )
 
 

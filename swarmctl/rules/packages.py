@@ -80,6 +80,26 @@ def _executable(
         )
 
 
+_SOURCE = (".c", ".cc", ".cpp", ".cxx", ".h", ".hpp")
+
+
+@rule("PKG027")
+def source_code(context: RuleContext) -> Iterator[Diagnostic]:
+    """A file of source code where the executable belongs that is built from it."""
+    for name, program in context.spec.programs.items():
+        stem, dot, ending = (program.executable or "").rpartition(".")
+        if f"{dot}{ending}" in _SOURCE and program.package not in context.document.packages.by_name:
+            loc = ("programs", name, "executable")
+            yield Diagnostic(
+                "PKG027",
+                f"program `{name}` starts `{program.executable}`, which is source code",
+                context.span(*loc),
+                label="not what is built from it",
+                help=(f"write the name of its `add_executable` in CMakeLists.txt, such as `{stem}`",),
+                fix=_write(context, loc, Guess((stem,), certain=False)),
+            )
+
+
 @rule("PKG003", needs="launch-xml")
 def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file that its package does not have."""

@@ -61,6 +61,35 @@ def _filled(context: RuleContext, robot: str, driver: RosDriver) -> Mapping[str,
     return {}
 
 
+@rule("PARAM003", by_distro=True)
+def types_of_copies(context: RuleContext) -> Iterator[Diagnostic]:
+    """A parameter of another type than another program with the same node gives it."""
+    is_typed = reader_of(context) == "rcl"
+    first: dict[tuple[str | None, str | None, str], tuple[str, object]] = {}
+    for name, program in context.spec.programs.items():
+        for key, value in _given(program).items() if program.package else ():
+            other, given = first.setdefault((program.package, program.executable, key), (name, value))
+            one, two = _type_of(given, is_typed=is_typed), _type_of(value, is_typed=is_typed)
+            if one != two:
+                yield Diagnostic(
+                    "PARAM003",
+                    f"`{key}` is {two} for program `{name}`, and {one} for `{other}`",
+                    context.span("programs", name, "params", key),
+                    label=f"both start `{program.executable}`",
+                    notes=(Note(context.span("programs", other, "params", key), one),),
+                    help=(f"write it in both as the node reads it: as {one}, or as {two}",),
+                )
+
+
+def _type_of(value: object, *, is_typed: bool) -> str:
+    """The type that a node sees; a node of ROS 1 takes an integer for a double."""
+    if isinstance(value, bool):
+        return "a bool"
+    if isinstance(value, int | float):
+        return "a number" if not is_typed else "an integer" if isinstance(value, int) else "a double"
+    return "a string" if isinstance(value, str) else "a mapping" if isinstance(value, dict) else "a list"
+
+
 @rule("PARAM002", by_distro=True)
 def unread_sections(context: RuleContext) -> Iterator[Diagnostic]:
     """Sections of a file of ROS 2 that no node of the programs with this file reads."""

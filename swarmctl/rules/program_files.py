@@ -360,7 +360,7 @@ def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PROG023", needs="catkin")
+@rule("PROG023")
 def workspaces(context: RuleContext) -> Iterator[Diagnostic]:
     """A workspace that is a file or a folder within one."""
     if context.spec.ros.workspace is not None:
@@ -373,7 +373,8 @@ def workspaces(context: RuleContext) -> Iterator[Diagnostic]:
 def _within(context: RuleContext, workspace: str, loc: Loc) -> Iterator[Diagnostic]:
     script, folder = _SETUP.search(workspace), workspace.rpartition("/")[2]
     meant = workspace[: script.start()] if script else workspace.rpartition("/")[0]
-    if (script is None and folder not in ("src", "build", "logs")) or not meant:
+    others = {"src", "build", "log", "logs"} | ({"devel"} if not context.has_masters else set())
+    if (script is None and folder not in others) or not meant:
         return
     fix: Fix | None = make_fix(
         f"write `{meant}`", replace_value(context.source, loc, meant), safe=script is not None
@@ -382,7 +383,7 @@ def _within(context: RuleContext, workspace: str, loc: Loc) -> Iterator[Diagnost
         "PROG023",
         f"`{workspace}` is {'a file in a workspace' if script else 'a folder of a workspace'}",
         context.span(*loc),
-        label="setup.bash is searched for below it, in devel and install",
+        label=f"setup.bash is searched for below it, in {'devel and ' * context.has_masters}install",
         help=(f"write the workspace itself: {meant}",),
         fix=fix,
     )

@@ -334,6 +334,9 @@ def messages_of_the_other_ros(context: RuleContext) -> Iterator[Diagnostic]:
                     f"write `{names[kind]}`", replace_value(context.source, loc, names[kind]), safe=False
                 ),
             )
+        elif ros == 2 and kind in context.messages.services:  # the rule above knows the messages of ROS 1
+            fault = no_message(kind, context.messages)
+            yield from [_finding(context, loc, kind, fault)] if fault is not None else []
 
 
 def _declared(context: RuleContext) -> Iterator[tuple[Loc, str]]:
