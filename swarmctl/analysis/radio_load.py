@@ -63,13 +63,14 @@ def bluetooth_budgets(index: SwarmIndex, loads: Mapping[int, SerialLoad]) -> tup
     for number, link in index.lines:
         if isinstance(link, Bluetooth) and (adapter := index.adapter_of(link)) is not None:
             served.setdefault((link.host, adapter), {})[number] = link.robot
+    slots = {id(load): slots_of(load) for load in {id(one): one for one in loads.values()}.values()}
     return tuple(
         BluetoothBudget(
             host,
             adapter,
             tuple(robots.values()),
             tuple(robots),
-            sum(slots_of(loads[number]) for number in robots if number in loads),
+            sum(slots[id(loads[number])] for number in robots if number in loads),
         )
         for (host, adapter), robots in served.items()
     )

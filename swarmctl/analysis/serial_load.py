@@ -163,7 +163,8 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
         robot = index.spec.robots[link.robot]
         kind, baud = link.line_kind, link.own_baud
         commands = command_rate[link.robot]
-        key = (robot.type, kind, baud, commands, robot.settings.of_sensors)
+        own = robot.settings.of_sensors if robot.settings.model_fields_set else None
+        key = (robot.type, kind, baud, commands, own)
         load = loads.get(key)
         if load is None:
             layers = index.document.settings_layers(link.robot)

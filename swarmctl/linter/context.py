@@ -19,7 +19,6 @@ from swarmctl.swarm.addresses import Ip
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
-from swarmctl.swarm.modes import distro_of
 from swarmctl.swarm.ports import Listener
 from swarmctl.swarm.resolved import Bridge, Island
 from swarmctl.swarm.robot_urdfs import RobotUrdfs, urdfs_of
@@ -61,10 +60,6 @@ class RuleContext(SwarmIndex):
     def parts(self) -> tuple[RuleContext, ...]:
         """What belongs to each ROS distribution."""
         return (self,) if len(self.distros) == 1 else tuple(_OneDistro(self, one) for one in self.distros)
-
-    def distro_of_host(self, host: str | None) -> str:
-        """The ROS distribution of a host."""
-        return distro_of(self.spec, host)
 
     def can(self, capability: Capability) -> bool:
         """True if the middleware of any distribution has a capability."""

@@ -312,14 +312,19 @@ def checks_commanders(context: RuleContext, robot: str) -> bool:
 
 def _names_hosts(context: RuleContext, host: str | None) -> bool:
     """True if the graph in which the nodes of ``host`` are has the host of each node."""
-    return "node-hosts" in middleware_of(context.distro_of_host(host)).capabilities
+    own = middleware_of(context.distro_of_host(host))
+    return _all_name_hosts(context) or "node-hosts" in own.capabilities
+
+
+def _all_name_hosts(context: RuleContext) -> bool:
+    return all("node-hosts" in one.capabilities for one in context.distros.values())
 
 
 @rule("AUTH012")
 def unrecognised_commanders(context: RuleContext) -> Iterator[Diagnostic]:
     """A host commands, or a program whose nodes have unknown names, and the graph has no hosts of nodes."""
     spec = context.spec
-    for index, control in enumerate(spec.control):
+    for index, control in enumerate(spec.control if not _all_name_hosts(context) else ()):
         program = spec.programs.get(control.by)
         named = control.by in spec.robots or (program is not None and program.names_its_node)
         by = context.commander_host(control.by)

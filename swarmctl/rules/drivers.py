@@ -72,6 +72,8 @@ def _unavailable(
 def unused_values(context: RuleContext) -> Iterator[Diagnostic]:
     """A value in a link that nothing uses: no text of the robot's driver has a placeholder for it."""
     for index, link in context.lines:
+        if link.model_fields_set.isdisjoint(_VALUES) and not isinstance(link, IpLink):
+            continue
         driver = context.ros_drivers.get(link.robot)
         if (driver is None and link.robot not in context.driven_robots) or _lacks_its_link(
             context, link.robot
@@ -81,11 +83,12 @@ def unused_values(context: RuleContext) -> Iterator[Diagnostic]:
         if driver is not None:
             used = {one for _, one in driver.placeholders}
         for key, placeholders in _VALUES.items():
+            if key not in link.model_fields_set or not getattr(link, key):  # an empty list: it has none
+                continue
             giving = [one for one in placeholders if one in link.placeholders]
             if isinstance(link, Tcp) and key == "local_ports":
                 giving.remove("uri")
-            given = key in link.model_fields_set and getattr(link, key)  # an empty list: it has none
-            if given and giving and used.isdisjoint(giving):
+            if giving and used.isdisjoint(giving):
                 yield _unused(context, ("links", index, key), link.robot, giving)
         if isinstance(link, IpLink) and link.host_address and not (driver is not None and driver.peer):
             yield _unused(context, ("links", index, "host_address"), link.robot, [])

@@ -26,6 +26,8 @@ _MODELS = 50  # adapters of one serial number that are compared: nobody has so m
 _PINS = ("/dev/serial0", "/dev/ttyAMA0", "/dev/ttyS0")
 _ONE_UART = ("raspberry-pi-2", "raspberry-pi-3", "raspberry-pi-4", "raspberry-pi-zero")
 
+_NAMELESS = Usb.model_construct()
+
 Place = tuple[Any, ...]
 Claim = tuple[Hashable, str, Place]  # the value, its owner, and its place in the spec
 
@@ -76,7 +78,7 @@ def _usb_in(device: str) -> Usb:
     """Returns the serial number and interface in a path of /dev/serial/by-id; none of both if it has none."""
     found = _BY_ID.fullmatch(device)
     if found is None or not any(char.isdigit() for char in found[1]):
-        return Usb.model_construct()
+        return _NAMELESS
     return Usb.model_construct(serial=found[1], interface=int(found[2], 16))
 
 

@@ -29,12 +29,13 @@ def stopping_distances(context: RuleContext) -> Iterator[Diagnostic]:
     for name, robot in context.spec.robots.items():
         driver = context.ros_drivers.get(name)
         ungated = driver is not None and driver.ungated  # then nothing reads its settings
-        layers = () if ungated else context.document.settings_layers(name)[::-1]
-        timeout = _first(layers, "command_timeout") or _TIMEOUT
+        timeout, top = context.command_timeouts[name], context.motions[robot.type].axes[0]
         if driver is not None and ungated:
             timeout = driver.stops_after or 0.0  # not known
-        top = context.motions[robot.type].axes[0]
-        speed = min(_limit(layers) or top, top)
+        if timeout * top <= _MAX_DISTANCE and timeout <= _MAX_TIMEOUT:
+            continue
+        limit = None if ungated else _limit(context.document.settings_layers(name)[::-1])
+        speed = min(limit or top, top)
         if timeout * speed <= _MAX_DISTANCE and timeout <= _MAX_TIMEOUT:
             continue
         far = timeout * speed > _MAX_DISTANCE
@@ -58,10 +59,6 @@ def stopping_distances(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _sooner(speed: float) -> float:
     return min(_TIMEOUT, max(0.1, int(_MAX_DISTANCE / speed * 10) / 10))
-
-
-def _first(layers: Sequence[RobotSettings], key: str) -> float | None:
-    return next((value for one in layers if (value := getattr(one, key)) is not None), None)
 
 
 def _limit(layers: Sequence[RobotSettings]) -> float | None:

@@ -39,6 +39,8 @@ def implausible_settings(context: RuleContext) -> Iterator[Diagnostic]:
     """A measured separation, a limit or a rate, of a robot or of all, that its type contradicts."""
     for name, kind in context.driven_robots.items():
         own, layers = context.spec.robots[name].settings, context.document.settings_layers(name)
+        if not own.model_fields_set and ODOM not in layers[0].rates:
+            continue
         for doubt in (_of_separation(kind, own), standstill(kind, own.limits.linear)):
             if doubt is not None and doubt.at[0] == "settings":
                 yield _finding(doubt, f"robot `{name}`", context.span("robots", name, *doubt.at))

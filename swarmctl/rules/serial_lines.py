@@ -182,9 +182,10 @@ def _rate_place(context: RuleContext, robot: str, sensor: str) -> Span:
 def odd_bauds(context: RuleContext) -> Iterator[Diagnostic]:
     """A non-standard baud rate, usually a typing error."""
     for index, link in context.lines:
+        if not isinstance(link, Serial) or link.baud is None or link.baud in BAUDS:
+            continue
         rates = context.bauds_of(link.robot)
-        known = (*BAUDS, *rates)
-        if isinstance(link, Serial) and link.baud is not None and link.baud not in known:
+        if link.baud not in rates:
             near = near_bauds(link.baud, rates or BAUDS)
             supported_rates = f"its type has {' or '.join(map(str, rates))} baud" if rates else ""
             loc = ("links", index, "baud")

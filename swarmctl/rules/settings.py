@@ -29,6 +29,8 @@ def unreachable_limits(context: RuleContext) -> Iterator[Diagnostic]:
     """A speed limit above the maximum of the wheels: of a robot, of a type, or of all robots."""
     for name, robot in context.spec.robots.items():
         limits = robot.settings.limits
+        if not limits.model_fields_set:
+            continue
         for axis, found in _unreachable(limits, _reach(context.motions[robot.type]), f"type `{robot.type}`"):
             yield replace(found, span=context.span("robots", name, "settings", "limits", axis))
     for name, kind in context.document.own_types.items():

@@ -36,9 +36,12 @@ class OnUse(Mapping[str, V], Generic[V]):
 
     def __init__(self, readers: Mapping[str, Callable[[], V]]) -> None:
         self._readers = readers
+        self._read: dict[str, V] = {}
 
     def __getitem__(self, name: str) -> V:
-        return self._readers[name]()
+        if name not in self._read:
+            self._read[name] = self._readers[name]()
+        return self._read[name]
 
     def __contains__(self, name: object) -> bool:
         return name in self._readers

@@ -114,9 +114,17 @@ class Document:
     def settings_layers(self, robot: str) -> tuple[RobotSettings, RobotSettings, RobotSettings]:
         """Returns the settings of a robot, from general to specific: `defaults`, its type, its own."""
         given = self.spec.robots[robot]
-        robot_type = self.spec.types.get(given.type) or self.catalog.types[given.type]
-        of_type = robot_type.settings if isinstance(robot_type, RobotType) else robot_type.settings_layer
+        of_type = self._settings_of_types.get(given.type)
+        if of_type is None:
+            robot_type = self.types[given.type]
+            of_type = robot_type.settings if isinstance(robot_type, RobotType) else robot_type.settings_layer
+            self._settings_of_types[given.type] = of_type
         return self.spec.defaults.robot, of_type, given.settings
+
+    @cached_property
+    def _settings_of_types(self) -> dict[str, RobotSettings]:
+        """Those that have been asked for."""
+        return {}
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,13 @@ class Authority:
         self._index = index
         self._named: dict[str, list[Commander]] = {}
         for control in index.spec.control:
-            by_island: dict[Island | None, Commander] = {}
+            by_island: dict[str, Commander] = {}
             for robot in control.of:
                 to = index.island_of_robot(robot) if robot in index.spec.robots else None
-                if to not in by_island:
-                    by_island[to] = self._commander(control.by, control.priority, to)
-                self._named.setdefault(robot, []).append(by_island[to])
+                name = to.name if to is not None else ""
+                if name not in by_island:
+                    by_island[name] = self._commander(control.by, control.priority, to)
+                self._named.setdefault(robot, []).append(by_island[name])
 
     def over(self, robot: str) -> tuple[Commander, ...]:
         """Returns who may command ``robot``, the highest priority first."""

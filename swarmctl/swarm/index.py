@@ -76,8 +76,20 @@ class SwarmIndex:
     @cached_property
     def ros_drivers(self) -> Mapping[str, RosDriver]:
         """The ROS packages that drive robots, by robot; their placeholders are not filled in."""
-        found = ((name, ros_driver_of(self.document, name)) for name in self.spec.robots)
+        hosts = self.driving
+        found = (
+            (name, ros_driver_of(self.document, name, self.distro_of_host(hosts[name])))
+            for name in self.spec.robots
+        )
         return {name: one for name, one in found if one is not None}
+
+    @cached_property
+    def _distros(self) -> Mapping[str, str]:
+        return modes.distros_of_hosts(self.spec)
+
+    def distro_of_host(self, host: str | None) -> str:
+        """The ROS distribution of a host, or of the swarm."""
+        return self._distros.get(host or "", self.spec.ros.distro)
 
     @cached_property
     def motions(self) -> Mapping[str, Motion]:
@@ -378,7 +390,12 @@ class SwarmIndex:
         if (driver := self.ros_drivers.get(robot)) is not None:
             declared = declared_topics(driver, names.driver_node(self.namespaces[robot]))
             return {one.name: one.type for one in declared}
-        return sensors_of(self.driven_robots[robot])
+        return self._sensors_of_types[self.spec.robots[robot].type]
+
+    @cached_property
+    def _sensors_of_types(self) -> Mapping[str, Mapping[str, str]]:
+        used = {self.spec.robots[name].type: kind for name, kind in self.driven_robots.items()}
+        return {name: sensors_of(kind) for name, kind in used.items()}
 
     @cached_property
     def endpoints(self) -> tuple[Endpoint, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 
 from swarmctl.links.link_base import NetworkLink
@@ -56,10 +56,12 @@ def islands_of(spec: Spec) -> tuple[Island, ...]:
     return tuple(_island(spec, one, domain_of.get(one.name, 0)) for one in declared)
 
 
-def distro_of(spec: Spec, host: str | None) -> str:
-    """Returns the ROS distribution of a host: in mode combined that of its island, else that of `ros`."""
-    own = (one.distro for one in spec.islands.values() if one.distro is not None and host in one.hosts)
-    return next(own, spec.ros.distro) if spec.mode is Mode.COMBINED else spec.ros.distro
+def distros_of_hosts(spec: Spec) -> Mapping[str, str]:
+    """Returns the ROS distribution of each host: in mode combined that of its island, else that of `ros`."""
+    found = dict.fromkeys(spec.hosts, spec.ros.distro)
+    for one in reversed(spec.islands.values()) if spec.mode is Mode.COMBINED else ():
+        found |= dict.fromkeys(one.hosts, one.distro) if one.distro is not None else {}
+    return found
 
 
 @dataclass(frozen=True)

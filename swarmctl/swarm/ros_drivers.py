@@ -10,11 +10,10 @@ from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_launchable import filled
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.spec.load import Document
-from swarmctl.swarm.modes import distro_of, driving_host
 
 
-def ros_driver_of(document: Document, robot: str) -> RosDriver | None:
-    """Returns the ROS package that drives ``robot``, as declared; None where swarmctl's driver does.
+def ros_driver_of(document: Document, robot: str, distro: str) -> RosDriver | None:
+    """Returns the ROS package of ``distro`` that drives ``robot``; None where swarmctl's driver does.
 
     Where the board of the robot speaks rosserial, the topics of its sketch count unless others are declared.
     """
@@ -26,7 +25,6 @@ def ros_driver_of(document: Document, robot: str) -> RosDriver | None:
     elif given.driver is not None and given.driver != SWARMCTL:
         driver = document.catalog.drivers[given.driver]
     else:
-        distro = distro_of(document.spec, driving_host(document.spec, robot))
         driver = robot_type.driver_of(distro) if isinstance(robot_type, RosRobotType) else None
     if driver is None or not isinstance(robot_type, RobotType) or robot_type.sketch is None:
         return driver
