@@ -47,7 +47,7 @@ _WRITE = (
     ),
     Verb(
         "schema",
-        "Print the JSON Schema of a spec or of a robot type (draft-07), or of what status --json prints.",
+        "Print the JSON Schema of a spec or of a robot type (draft-07), of status --json or of a capsule.",
         example="schema swarm",
     ),
 )
@@ -172,6 +172,11 @@ _LOOK = (
         example="record swarm.yaml '/k3/*' --duration 60",
     ),
     Verb(
+        "capsule",
+        "Check and list capsules, the folders that trials leave.",
+        example="capsule show trials",
+    ),
+    Verb(
         "logs",
         "Show what drivers and programs have logged, of all hosts in the order of time.",
         HOSTS_FAILED,
@@ -244,6 +249,14 @@ _DRIVE = (
         HOSTS_UNREACHABLE,
         module="stop",
         example="restart swarm.yaml k3",
+    ),
+    Verb(
+        "run",
+        "Run the trials of an experiment, each kept as a capsule.",
+        HOSTS_FAILED,
+        HOSTS_UNREACHABLE,
+        UNHEALTHY,
+        example="run swarm.yaml circles",
     ),
 )
 

@@ -42,7 +42,9 @@ MOST_ERRORS = 200  # that are repaired at once
 
 _QUOTED = re.compile("`([^`]+)`")
 _OTHERS = (REMOVED, "x", "y", REMOVED)  # for a name that is not unknown
-_OF_ENTRIES = frozenset(("hosts", "robots", "links", "types", "programs", "islands", "control", "computers"))
+_OF_ENTRIES = frozenset(
+    ("hosts", "robots", "links", "types", "programs", "islands", "control", "computers", "experiments")
+)
 # Some of these fit most fields without choices and names.
 _PROBES: tuple[Any, ...] = (
     1, 2, 4000, 5000, 0.5, 30.0, True, False, "x", "y", "/x", "/y", "192.0.2.1", "192.0.2.2", (), {},

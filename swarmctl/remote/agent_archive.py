@@ -21,10 +21,11 @@ DEPLOY_VERBS = (
     "start",
     "restart",
     "motion",
+    "trial",
 )
 ROLLBACK_VERBS = ("observe", "history", "motion", "lease", "rollback", "hold", "confirm", "undo")
 #: What the host runs later, out of the archive of a verb.
-_PROGRAMS = {**dict.fromkeys(("apply", "remove", "rollback"), "recovery"), "record": "recorder"}
+_PROGRAMS = {**dict.fromkeys(("apply", "remove", "rollback", "trial"), "recovery"), "record": "recorder"}
 
 
 @dataclass(frozen=True)

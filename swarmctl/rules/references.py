@@ -149,7 +149,7 @@ class LikelyNames:
 
 _TITLES = {
     ("types",): "robot type", ("hosts",): "host", ("robots",): "robot", ("computers",): "computer",
-    COMMANDERS: "program, robot or host",
+    ("programs",): "program", COMMANDERS: "program, robot or host",
 }  # fmt: skip
 _LEADING_ZEROS = re.compile(r"(?<![0-9])0+(?=[0-9])")
 _SHOWN = 5  # hosts of a loop in a message

@@ -123,7 +123,7 @@ class Document:
 
     @cached_property
     def _settings_of_types(self) -> dict[str, RobotSettings]:
-        """Those that have been asked for."""
+        """Those of types of robots, by type, as they are looked up."""
         return {}
 
 

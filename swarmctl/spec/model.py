@@ -39,6 +39,7 @@ from swarmctl.plugins import MIDDLEWARES, SECURITY_LEVELS, NameIn
 from swarmctl.robot_types.any_robot_type import DRIVERS, TaggedRobotType
 from swarmctl.robot_types.ros_driver import DRIVER, RosDriver
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
+from swarmctl.spec.experiment_model import Experiment
 from swarmctl.spec.install_model import Install, PackageSource
 from swarmctl.spec.maintenance_model import NO_TERMS, Maintenance
 from swarmctl.spec.program_model import Megabytes, Program
@@ -332,6 +333,11 @@ class Spec(Model):
         default_factory=dict,
         description="The islands of mode combined.",
         examples=[{"west": {"mode": "central", "hosts": ["k3-pi"], "hub": "k3-pi"}}],
+    )
+    experiments: dict[Name, Experiment] = Field(
+        default_factory=dict,
+        description="What `swarmctl run` repeats, by name.",
+        examples=[{"circles": {"programs": ["wander"], "duration": 60.0, "trials": 10}}],
     )
     maintenance: Maintenance = Field(
         default_factory=lambda: NO_TERMS,

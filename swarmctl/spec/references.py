@@ -35,6 +35,8 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "programs.*.robots.*": (_ROBOTS,),
     "control.*.by": COMMANDERS,
     "control.*.of.*": (_ROBOTS,),
+    "experiments.*.robots.*": (_ROBOTS,),
+    "experiments.*.programs.*": (_PROGRAMS,),
     "islands.*.hosts.*": (_HOSTS,),
     "islands.*.leader": (_HOSTS,),
     "islands.*.hub": (_HOSTS,),
@@ -48,7 +50,7 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
 }
 # Where selections stand; in the first of these a plain name is one too.
 _GROUPED = ("groups.*.*", "programs.*.hosts.*", "programs.*.robots.*")
-_LISTED = ("links.*.hosts.*", "control.*.of.*", "islands.*.hosts.*")
+_LISTED = ("links.*.hosts.*", "control.*.of.*", "experiments.*.robots.*", "islands.*.hosts.*")
 _PREFIXES = {
     _HOSTS: ("", "host"),
     _ROBOTS: ("", "robot"),

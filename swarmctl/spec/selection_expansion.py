@@ -28,6 +28,7 @@ LISTS = {
     ("programs", "hosts"): "hosts",
     ("programs", "robots"): "robots",
     ("control", "of"): "robots",
+    ("experiments", "robots"): "robots",
 }
 
 

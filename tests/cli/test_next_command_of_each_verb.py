@@ -52,6 +52,7 @@ NEXT = {
     "stop": ["start k3"],
     "start": ["status"],
     "restart": ["status"],
+    "run": ["capsule show newswarm-trials/circles"],
 }
 NONE = {
     "spec": "prints a document",
@@ -66,6 +67,8 @@ NONE = {
     "lab shell": "prints what the command prints",
     "lab scenario": "ends with its result",
     "emulate": "goes on until Ctrl-C",
+    "capsule show": "is for reading",
+    "capsule verify": "ends with its result",
     "remove": "is the last of its commands; only hosts that failed have a next one",
     "ui": "goes on until Ctrl-C",
     "top": "goes on until Ctrl-C on a terminal",

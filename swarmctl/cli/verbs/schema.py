@@ -1,11 +1,11 @@
-"""``swarmctl schema``: JSON Schemas of specs and robot types, for editors, and of ``status --json``."""
+"""``swarmctl schema``: JSON Schemas of specs and robot types, of ``status --json`` and of capsules."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -18,6 +18,7 @@ class Subject(str, Enum):
     SWARM = "swarm"
     ROBOT_TYPE = "robot-type"
     STATUS = "status"
+    CAPSULE = "capsule"
 
 
 _OF_EDITORS = (Subject.SWARM, Subject.ROBOT_TYPE)
@@ -35,19 +36,17 @@ def schema(
         ),
     ] = None,
 ) -> None:
-    """Print the JSON Schema of a spec or of a robot type (draft-07), or of what status --json prints.
+    """Print the JSON Schema of a spec or of a robot type (draft-07), of status --json or of a capsule.
 
     Editors check and complete a spec whose first line is: # yaml-language-server: $schema=FILE
     """
     if out is not None:
         _write(schema_files(out))
         return
-    if subject is Subject.STATUS:
-        from swarmctl.health.swarm_health import status_schema
-
+    if subject not in _OF_EDITORS:
         if markdown:
-            console.fail("there is no reference page of `status --json`", code=exit_codes.USAGE)
-        console.print_json(status_schema())
+            console.fail(f"there is no reference page of `{subject.value}`", code=exit_codes.USAGE)
+        console.print_json(_of_output(subject))
         return
     from swarmctl.schema.json_schema import schema_of
     from swarmctl.schema.markdown import reference
@@ -56,6 +55,17 @@ def schema(
         typer.echo(reference(subject.value), nl=False)
         return
     console.print_json(schema_of(subject.value))
+
+
+def _of_output(subject: Subject) -> Mapping[str, Any]:
+    """The schema of what swarmctl itself prints or writes."""
+    if subject is Subject.CAPSULE:
+        from swarmctl.capsule.capsule_index import index_schema
+
+        return index_schema()
+    from swarmctl.health.swarm_health import status_schema
+
+    return status_schema()
 
 
 def schema_files(folder: Path) -> Mapping[Path, bytes]:

@@ -1,6 +1,7 @@
 """The process of the recovery unit: it undoes what nobody finishes, and ends once nothing is open.
 
-At boot, before any unit of the swarm: a change of an earlier boot is undone, a removal finished. While a
+At boot, before any unit of the swarm: a change of an earlier boot is undone, a removal finished, and the
+robots of a trial are latched. While a
 change is made: if its agent dies, or nobody confirms it until the deadline, it is undone.
 """
 
@@ -13,7 +14,7 @@ from contextlib import suppress
 
 from swarm_onboard.common.systemd import Notifier
 
-from . import boot, lock, record
+from . import boot, lock, record, trial_guard
 from .errors import RefusedError
 from .release_store import Home, home_of
 
@@ -29,6 +30,7 @@ def main(swarm: str) -> None:
     last = record.read(home)
     if last.open and last.boot_id != boot.identity(home):
         settle(home)
+    trial_guard.settle(home)
     Notifier().ready()
     settle(home)  # begins with a wait for the lock, which the agent of a change holds while it lives
     while record.read(home).open:

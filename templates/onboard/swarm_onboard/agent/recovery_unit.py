@@ -1,7 +1,8 @@
 """The systemd unit that watches over a transaction, and undoes or finishes an open one at the next boot.
 
 It runs before sysinit.target, and so before every ordinary unit: those of the swarm, and the services that
-read files of the swarm. Without an open transaction its condition is not met, and nothing is started.
+read files of the swarm. Without an open transaction, and without a trial that the boot has interrupted, its
+condition is not met, and nothing is started.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ _TEXT = """\
 # Written by swarmctl.
 [Unit]
 Description=Recovery of interrupted deploys of swarm {swarm}
-ConditionPathExists={mark}
+ConditionPathExists=|{mark}
+ConditionPathExists=|{trial}
 DefaultDependencies=no
 RequiresMountsFor={folder}
 After=local-fs.target systemd-remount-fs.service
@@ -96,7 +98,12 @@ def unit_text(home: Home) -> str:
     """Returns what the unit's file has, as this version writes it."""
     code = home.recovery_code if os.path.isfile(_CODE) else _CODE
     return _TEXT.format(
-        swarm=home.swarm, mark=home.open_mark, folder=home.path, code=code, python=sys.executable
+        swarm=home.swarm,
+        mark=home.open_mark,
+        trial=home.trial_file,
+        folder=home.path,
+        code=code,
+        python=sys.executable,
     )
 
 

@@ -87,6 +87,11 @@ class Home(NamedTuple):
         return self.state + "/open"
 
     @property
+    def trial_file(self) -> str:
+        """The trial that runs, or whose end nobody has seen: a condition of the recovery unit, too."""
+        return self.state + "/trial.json"
+
+    @property
     def spare(self) -> str:
         """A file whose space an undo may use on a full disk."""
         return self.state + "/spare"

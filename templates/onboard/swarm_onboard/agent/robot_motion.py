@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 SOCKET = "motion"
 GATE = "gate"
+STILL_TURN = "its wheels still turned"
 _AGAIN = 0.02  # s between two questions
 _LONGEST = 8192  # bytes of an answer
 
@@ -87,6 +88,12 @@ def ask(
                 return answers
 
 
+def wake(home: Home, robots: Iterable[str]) -> None:
+    """Makes the drivers and gates of ``robots`` look at their latches, as far as they run."""
+    running = sockets(home)
+    ask({one: running[one] for one in robots if one in running})
+
+
 def motion(robot_answer: Mapping[str, Any] | None, began: float, *, latched: bool) -> RobotMotion:
     """Returns what an answer says of a robot; none: its driver did not answer."""
     if robot_answer is None:
@@ -108,9 +115,7 @@ def motion(robot_answer: Mapping[str, Any] | None, began: float, *, latched: boo
     if still is not None:
         return found._replace(proof="odometry" if robot_answer.get("by") == "odometry" else "wheels")
     if zero is not None:
-        measured = (
-            "its wheels still turned" if robot_answer.get("measured") else "its wheels are not measured"
-        )
+        measured = STILL_TURN if robot_answer.get("measured") else "its wheels are not measured"
         found = found._replace(trouble=trouble or measured)
         return found._replace(proof="confirmed" if robot_answer.get("confirms") else "sent")
     return found

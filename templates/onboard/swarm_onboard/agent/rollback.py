@@ -87,7 +87,7 @@ def undo(home: Home, done: Record, because: str) -> FailedError:
     _tried(troubles, lambda: unit_start.reload_daemons(home, daemons))
     _tried(troubles, lambda: systemd.forget([unit for unit in done.touched if unit not in manifest.units]))
     if booting:
-        _tried(troubles, lambda: systemd.start_when_booted(system_links.enabled(manifest)))
+        _tried(troubles, lambda: systemd.queue_start(system_links.enabled(manifest)))
     else:
         again = [unit for unit in manifest.units if unit in done.active and unit in done.touched]
         _tried(troubles, lambda: live_parameters.take(home, done.reloaded))

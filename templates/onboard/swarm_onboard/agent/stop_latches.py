@@ -53,7 +53,18 @@ def close(home: Home, robots: Iterable[str], latch: Latch) -> dict[str, str]:
         except OSError as error:
             if not os.path.exists(path):
                 failed[robot] = f"{path} cannot be written: {error.strerror}"
+            with suppress(OSError):
+                os.utime(path)  # a trial that waits for its start does not begin
     return failed
+
+
+def stamps(home: Home, robots: Iterable[str]) -> dict[str, int]:
+    """Returns when each latched robot was last stopped, in ns since 1970."""
+    found = {}
+    for robot in robots:
+        with suppress(FileNotFoundError):
+            found[robot] = os.stat(home.outside(stop_file(home.swarm, robot))).st_mtime_ns
+    return found
 
 
 def sync(home: Home, robots: Iterable[str]) -> None:
@@ -63,10 +74,10 @@ def sync(home: Home, robots: Iterable[str]) -> None:
             files.sync(path)
 
 
-def release(home: Home, robots: Iterable[str]) -> list[str]:
-    """Opens latches for good; returns the robots that were latched."""
+def release(home: Home, robots: Iterable[str], *, synced: bool = True) -> list[str]:
+    """Opens latches, if ``synced`` for good; returns the robots that were latched."""
     released = [one for one in robots if files.remove(home.outside(stop_file(home.swarm, one)))]
-    if released:
+    if released and synced:
         files.sync(_folder(home))
     return released
 

@@ -164,8 +164,8 @@ def stop(units: Sequence[str]) -> None:
         call(["systemctl", "stop", "--", *loaded], 90)
 
 
-def start_when_booted(units: Sequence[str]) -> None:
-    """Queues the start of units, with all that they want, while the host boots; waits for none."""
+def queue_start(units: Sequence[str]) -> None:
+    """Queues the start of units, with all that they want; waits for none."""
     if units:
         call(["systemctl", "start", "--no-block", "--", *units], 20)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_onboard.agent import robot_motion, stop_latches
+from swarm_onboard.agent import robot_motion, stop_latches, trial_guard
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
@@ -29,7 +29,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
     robots = stop_latches.robot_names(request.robots)
     if request.others:
         robots = list(dict.fromkeys([*robots, *stop_latches.closed(home)]))
+    trial_guard.leave(home, robots)
     released = stop_latches.release(home, robots)
-    running = robot_motion.sockets(home)
-    robot_motion.ask({one: running[one] for one in released if one in running})
+    robot_motion.wake(home, released)
     return Answer(home.current() is not None, released)

@@ -1,0 +1,121 @@
+"""The model of ``index.json``, which describes a capsule. It may come from anybody: all has bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic.json_schema import GenerateJsonSchema
+
+from swarmctl.field_types import Model
+from swarmctl.remote.answer_check import printable
+
+INDEX = "index.json"
+SIGNATURE = f"{INDEX}.sig"
+LONGEST = 4096  # characters of a text
+_LONGEST_COMPLAINT = 300  # characters
+
+
+class CapsuleError(Exception):
+    """A folder is not a capsule, or cannot be made one; ``help`` is the advice."""
+
+    def __init__(self, message: str, help: str) -> None:  # noqa: A002
+        super().__init__(message)
+        self.help = help
+
+
+def _printable(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError("a control character or an invisible one")
+    return text
+
+
+def _inside(path: str) -> str:
+    if any(part in ("", ".", "..") for part in path.split("/")):
+        raise ValueError("a path that is not inside the folder")
+    if path in (INDEX, SIGNATURE):
+        raise ValueError("the index does not describe itself")
+    return path
+
+
+Text = Annotated[str, Field(max_length=LONGEST), AfterValidator(_printable)]
+Word = Annotated[Text, Field(min_length=1, max_length=255)]
+InnerPath = Annotated[Text, AfterValidator(_inside)]
+Moment = Annotated[float, Field(ge=0, le=1e11, description="Seconds since 1970.")]
+Seconds = Annotated[float, Field(ge=0, le=1e9)]
+
+
+class Git(Model):
+    """The commit of the folder of the spec, and whether something there differs from it."""
+
+    commit: str = Field(pattern=r"^[0-9a-f]{40,64}$")
+    changed: bool
+
+
+class Host(Model):
+    """A host of the trial; ``began``: when it started the programs, by its clock."""
+
+    address: Text = ""
+    release: Text
+    began: Moment | None
+
+
+class Robot(Model):
+    """A robot, and the proof of its stop at the end; ``seconds``: how long it took to stand."""
+
+    host: Word
+    type: Word
+    state: Text
+    proof: Text
+    seconds: Seconds | None
+
+
+class File(Model):
+    """What a file has to contain."""
+
+    sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+    bytes: int = Field(ge=0, lt=1 << 63)
+
+
+class Index(Model):
+    """The whole file. ``seconds`` were wanted; ``skew``: from the first host's start to the last one's."""
+
+    v: Literal[1]
+    swarm: Word
+    experiment: Word
+    trial: int = Field(ge=0, lt=1 << 31)
+    began: Moment
+    ended: Moment
+    seconds: Seconds
+    outcome: Literal["completed", "interrupted", "failed"]
+    cause: Text
+    operator: Text
+    swarmctl: Text = Field(description="The version.")
+    spec: list[InnerPath] = Field(min_length=1, max_length=1000, description="The spec, then its overlays.")
+    git: Git | None
+    skew: Seconds | None
+    hosts: Mapping[Word, Host] = Field(max_length=100_000)
+    robots: Mapping[Word, Robot] = Field(max_length=100_000)
+    files: Mapping[InnerPath, File] = Field(
+        max_length=100_000, description="All others of the folder, by path."
+    )
+
+    @model_validator(mode="after")
+    def _has_its_spec(self) -> Index:
+        if missing := [path for path in self.spec if path not in self.files]:
+            raise ValueError(f"{missing[0]} of `spec` is not one of `files`")
+        return self
+
+
+def index_schema() -> dict[str, Any]:
+    """Returns the JSON Schema of an index, in draft 2020-12."""
+    return {"$schema": GenerateJsonSchema.schema_dialect, **Index.model_json_schema()}
+
+
+def problem_of(error: ValidationError) -> str:
+    """Returns the first of the problems, harmless on a terminal."""
+    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+    place = ".".join(str(one)[:80] for one in first["loc"])
+    text = f"{place}: {first['msg']}" if place else first["msg"]
+    return printable(text.encode(errors="replace"))[:_LONGEST_COMPLAINT]

@@ -1,0 +1,99 @@
+"""The capsules of trials: written from what came of one, and read to see which are completed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from swarmctl.capsule import folder as capsules
+from swarmctl.capsule.capsule_index import CapsuleError
+from swarmctl.capsule.git_state import git_state
+from swarmctl.cli import console
+from swarmctl.remote import operators
+from swarmctl.version import __version__
+
+if TYPE_CHECKING:
+    from swarmctl.cli.swarm_look import Expected
+    from swarmctl.cli.trial import Trial
+
+
+def write(folder: Path, trial: Trial, experiment: str, wanted: Expected, files: Sequence[Path]) -> None:
+    """Makes a folder, which has the bags already, the capsule of a trial; ``files`` are those of the spec.
+
+    Ends the program if it cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, look in (("before", trial.before), ("after", trial.after)):
+            if look is not None:
+                text = json.dumps(look.status.to_json(), indent=1) + "\n"
+                (folder / f"status-{name}.json").write_text(text, "utf-8")
+        spec = _write_spec(folder, wanted.document.texts, files)
+        facts = _facts(trial, {name: one.type_name for name, one in wanted.swarm.robots.items()})
+        own = {
+            "swarm": wanted.swarm.name,
+            "experiment": experiment,
+            "seconds": wanted.document.spec.experiments[experiment].duration,
+            "spec": spec,
+            "git": git_state(files[0].absolute().parent),
+        }
+        capsules.write(folder, {**facts, **own})
+    except OSError as error:
+        console.fail(console.cannot_write(error, folder))
+    except CapsuleError as error:
+        console.fail(str(error), error.help)
+
+
+def _write_spec(folder: Path, texts: Mapping[str, str], files: Sequence[Path]) -> list[str]:
+    """Writes the files of the spec, and the types beside it; returns their places, the spec's own first."""
+    base, places = files[0].resolve().parent, list[str]()
+    for file in dict.fromkeys((*map(str, files), *texts)):
+        path = Path(file).resolve()
+        inside = path.is_relative_to(base)
+        place = Path("spec", path.relative_to(base) if inside else f"{len(places)}-{path.name}")
+        (folder / place).parent.mkdir(parents=True, exist_ok=True)
+        (folder / place).write_text(texts[file], "utf-8")
+        places.append(str(place))
+    return places
+
+
+def _facts(trial: Trial, types: Mapping[str, str]) -> dict[str, Any]:
+    hosts = {
+        row.name: {"address": row.address, "release": row.release or "", "began": trial.began.get(row.name)}
+        for row in trial.before.status.hosts
+    }
+    robots = {
+        one.robot: {
+            "host": one.host, "type": types[one.robot],
+            "state": one.state, "proof": one.proof, "seconds": one.seconds,
+        }
+        for one in trial.stops
+    }  # fmt: skip
+    return {
+        "trial": trial.number,
+        "began": min(trial.began.values(), default=trial.before.began),
+        "ended": trial.ended,
+        "outcome": trial.outcome,
+        "cause": trial.cause,
+        "swarmctl": __version__,
+        "operator": operators.person(operators.this_one()),
+        "skew": trial.skew,
+        "hosts": hosts,
+        "robots": robots,
+    }
+
+
+def completed(place: Path) -> set[int]:
+    """Returns the numbers of the trials whose capsules in this folder are of completed ones."""
+    found = set()
+    for one in capsules.below(place, levels=1):
+        try:
+            index = capsules.read(one)
+        except CapsuleError as error:
+            console.show(f"warning: {error}", error=True)
+            continue
+        if index.outcome == "completed":
+            found.add(index.trial)
+    return found

@@ -1,0 +1,123 @@
+"""``swarmctl run``: the trials of an experiment, each kept as a capsule."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli.where import Where, with_where
+
+if TYPE_CHECKING:
+    from swarmctl.cli.trial import Trial, TrialHosts
+    from swarmctl.spec.experiment_model import Experiment
+    from swarmctl.spec.model import Spec
+
+
+@with_where("parallel", parallel=options.PARALLEL_URGENT)
+def run(
+    where: Where,
+    name: Annotated[str, typer.Argument(metavar="EXPERIMENT", help="Its name under `experiments`.")],
+    trial: Annotated[
+        int, typer.Option(min=0, max=1000, metavar="N", show_default=False, help="Only this trial.")
+    ] = 0,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Only trials that are not completed yet, by their capsules.")
+    ] = False,
+    folder: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Keep the capsules here instead of in NAME-trials."),
+    ] = None,
+    key: Annotated[
+        Path | None, typer.Option("--sign", metavar="KEY", help="Sign each capsule with this SSH key.")
+    ] = None,
+    json: options.Json = False,
+) -> None:
+    """Run the trials of an experiment, each kept as a capsule.
+
+    Robots start together and stop with proof. The swarm has to be deployed and healthy. Between trials a
+    person at a terminal places the robots and presses Enter. Ctrl-C stops them and keeps what was recorded.
+    """
+    from swarmctl.capsule.signature import sign
+    from swarmctl.cli import ssh_targets, swarm_look, trial_capsule
+    from swarmctl.cli.trial import TrialHosts
+
+    if key is not None and not key.is_file():
+        console.fail(f"{key} is no file", "--sign takes an SSH key, such as ~/.ssh/id_ed25519")
+    wanted = swarm_look.expected(where)
+    experiment = _experiment(wanted.document.spec, name)
+    targets = where.targets(wanted.swarm)
+    look = swarm_look.looking_at(
+        wanted, targets, ssh_targets.transport(), window=options.WINDOW, parallel=where.parallel
+    )
+    hosts = TrialHosts(
+        wanted.swarm, experiment, targets, ssh_targets.transport, look,
+        complete=where.complete, parallel=where.parallel,
+    )  # fmt: skip
+    place = (folder or Path(f"{wanted.swarm.name}-trials")) / name
+    numbers = [trial] if trial else list(range(1, experiment.trials + 1))
+    known = trial_capsule.completed(place) if resume else set[int]()
+    done: dict[Path, Trial] = {}
+    for number in (one for one in numbers if one not in known):
+        if done and console.err().is_terminal and sys.stdin.isatty() and not where.in_lab:
+            typer.prompt("place the robots, then press Enter", default="", show_default=False, err=True)
+        own = place / f"{number:03}-{time.strftime('%Y%m%d-%H%M%S')}"
+        done[own] = found = _run(hosts, number, own)
+        trial_capsule.write(own, found, name, wanted, where.spec.files)
+        if key is not None and (unsigned := sign(own, key)):
+            console.show(f"warning: {own} is not signed: {unsigned}", error=True)
+        if not json:
+            cause = f": {found.cause}" if found.cause else ""
+            console.show(f"trial {number}  {found.outcome}{cause}  {own}")
+        if found.outcome == "interrupted":
+            break
+    if json:
+        trials = [
+            {"trial": one.number, "outcome": one.outcome, "cause": one.cause, "capsule": str(own)}
+            for own, one in done.items()
+        ]
+        console.print_json({"v": 1, "swarm": wanted.swarm.name, "experiment": name, "trials": trials})
+    elif done:
+        console.show_next(shlex.join(["swarmctl", "capsule", "show", str(place)]))
+    raise typer.Exit(_exit({one.outcome for one in done.values()}))
+
+
+def _experiment(spec: Spec, name: str) -> Experiment:
+    from swarmctl.suggest import did_you_mean
+
+    if name not in spec.experiments:
+        help_ = did_you_mean(name, spec.experiments, "experiments")
+        console.fail(
+            f"the spec has no experiment `{name}`",
+            *(help_ or ("write it under `experiments`",)),
+            code=exit_codes.USAGE,
+        )
+    return spec.experiments[name]
+
+
+def _run(hosts: TrialHosts, number: int, folder: Path) -> Trial:
+    from swarmctl.cli.trial import TrialError
+
+    console.show(f"trial {number}", error=True)
+    try:
+        (folder / "bags").mkdir(parents=True)
+        return hosts.run(number, folder / "bags")
+    except OSError as error:
+        console.fail(console.cannot_write(error, folder))
+    except TrialError as error:
+        with suppress(OSError):  # nothing is in it
+            (folder / "bags").rmdir()
+            folder.rmdir()
+        console.fail(f"trial {number} did not begin: {error}", code=exit_codes.UNHEALTHY)
+
+
+def _exit(outcomes: set[str]) -> int:
+    if "interrupted" in outcomes:
+        return exit_codes.INTERRUPTED
+    return exit_codes.UNHEALTHY if "failed" in outcomes else exit_codes.OK

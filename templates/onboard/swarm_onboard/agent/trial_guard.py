@@ -1,0 +1,141 @@
+"""The guard of a trial latches its robots again once the time of the trial is over, whoever is gone by then.
+
+A program of its own, in a systemd unit: it goes on without the operator. What it has to do is in a file, so
+that systemd can start it again, and the recovery unit latches the robots if the host boots meanwhile.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+
+from swarm_onboard.common.systemd import Notifier
+
+from . import boot, files, robot_motion, stop_latches, systemd
+from .errors import FailedError, RefusedError
+from .named_tuple import NamedTuple
+from .release_store import Home, home_of
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Iterable
+
+_LOOK = 0.5  # s between two looks at the latches
+_STOP = 3.0  # s for robots to stand
+_CODE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+class Trial(NamedTuple):
+    """``robots`` are to be latched for ``who`` at ``until``, s since the boot ``boot_id``."""
+
+    who: str
+    robots: list[str]
+    boot_id: str
+    until: float
+
+    def left(self, home: Home) -> float:
+        """Returns the s until then; 0 if that has passed, or the host restarted."""
+        return max(0.0, self.until - boot.now()) if self.boot_id == boot.identity(home) else 0.0
+
+
+def unit(home: Home) -> str:
+    """Returns the name of the unit. No unit of a swarm has such a one."""
+    return f"swarm-trial@{home.swarm}.service"
+
+
+def arm(home: Home, who: str, robots: list[str], seconds: float) -> None:
+    """Starts the guard, in place of that of an earlier trial, and returns once it runs.
+
+    The robots are latched after ``seconds``. Raises ``FailedError`` and ``OSError``.
+    """
+    systemd.stop([unit(home)])
+    trial = Trial(who, robots, boot.identity(home), boot.now() + seconds)
+    files.write_json(home.trial_file, trial._asdict())
+    properties = {
+        "Type": "notify",
+        "Environment": f"PYTHONPATH={_CODE} PYTHONDONTWRITEBYTECODE=1",
+        "Restart": "on-failure",
+        "RestartSec": "1",
+        "StartLimitIntervalSec": "0",
+    }
+    systemd.call(
+        [
+            *("systemd-run", "--quiet", "--collect", f"--unit={unit(home)}"),
+            f"--description=Guard of a trial of swarm {home.swarm}",
+            *(f"--property={name}={value}" for name, value in properties.items()),
+            *("--", sys.executable, "-S", "-s", "-m", __name__, home.swarm),
+        ],
+        20,
+    )
+
+
+def disarm(home: Home) -> None:
+    """Ends the guard, which latches nothing then."""
+    files.remove(home.trial_file)
+
+
+def released(home: Home) -> list[str]:
+    """Returns the robots that nobody has stopped in the trial that goes on; none after a boot in it."""
+    trial = _read(home)
+    if trial is None or not trial.left(home):
+        return []
+    latched = stop_latches.stamps(home, trial.robots)
+    return [one for one in trial.robots if one not in latched]
+
+
+def leave(home: Home, robots: Iterable[str]) -> None:
+    """Takes robots that a person has released out of the trial: they drive on after it."""
+    trial = _read(home)
+    if trial is not None and set(robots).intersection(trial.robots):
+        left = [one for one in trial.robots if one not in set(robots)]
+        if left:
+            files.write_json(home.trial_file, trial._replace(robots=left)._asdict())
+        else:
+            disarm(home)
+
+
+def settle(home: Home) -> None:
+    """Latches the robots of a trial that a boot has interrupted. Raises ``FailedError`` and ``OSError``."""
+    trial = _read(home)
+    if trial is not None and trial.boot_id != boot.identity(home):
+        _end(home, trial)
+
+
+def run(home: Home) -> None:
+    """Returns once the trial is over: its robots are latched, by the operator or by this."""
+    opened = False
+    while True:
+        trial = _read(home)
+        if trial is None:
+            return
+        latched = set(stop_latches.stamps(home, trial.robots)) == set(trial.robots)
+        if not trial.left(home) or (opened and latched):
+            _end(home, trial)
+            return
+        opened = opened or not latched
+        time.sleep(min(_LOOK, trial.left(home)))
+
+
+def _read(home: Home) -> Trial | None:
+    raw = files.read_json(home.trial_file)
+    return Trial(**raw) if isinstance(raw, dict) and set(raw) == set(Trial._fields) else None
+
+
+def _end(home: Home, trial: Trial) -> None:
+    failed = stop_latches.close(home, trial.robots, stop_latches.Latch(trial.who, round(time.time(), 3)))
+    sockets = robot_motion.sockets(home)
+    running = {one: sockets[one] for one in trial.robots if one in sockets}
+    robot_motion.ask(running, _STOP, lambda found: robot_motion.proven(found, running))
+    stop_latches.sync(home, trial.robots)
+    if failed:
+        raise FailedError("; ".join(failed.values()), "repair the disk")
+    files.remove(home.trial_file)
+
+
+if __name__ == "__main__":
+    Notifier().ready()
+    try:
+        run(home_of(sys.argv[1]))
+    except (OSError, RefusedError) as error:
+        sys.exit(f"the robots of the trial are not all latched: {error}")

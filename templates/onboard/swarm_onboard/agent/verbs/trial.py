@@ -1,0 +1,163 @@
+"""``trial``: at an instant by the clock of the host, start programs anew and release robots, for a time."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+
+from swarm_onboard.agent import (
+    boot,
+    lease,
+    lock,
+    recovery_unit,
+    robot_motion,
+    stop_latches,
+    systemd,
+    trial_guard,
+)
+from swarm_onboard.agent.errors import FailedError, RefusedError, TimedOutError
+from swarm_onboard.agent.manifest import unit_names
+from swarm_onboard.agent.named_tuple import NamedTuple
+from swarm_onboard.agent.release_store import Home, home_of
+from swarm_onboard.agent.rpc import Report
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Iterator
+
+_AHEAD = 30.0  # s, at most
+_LONGEST = 1e6  # s
+_GRACE = 1.0  # s for the operator to stop the robots
+_LAST = 0.05  # s before the instant: from here on nobody is waited for
+_LOOK, _FINE = 0.25, 0.0003  # s
+_LATER = "start the trial again, with more time before its start"
+_AGAIN = "`swarmctl stop SPEC` stops all robots; then start the trial again"
+
+
+class Request(NamedTuple):
+    """At ``at``, s since 1970, release ``robots`` for ``seconds`` and start ``units``, stopped until then.
+
+    With ``at`` 0 nothing is done.
+    """
+
+    swarm: str
+    who: str
+    robots: list[str]
+    units: list[str]
+    at: float
+    seconds: float
+    wait: float = 2.0
+    run: str = ""
+
+
+class Answer(NamedTuple):
+    """``clock``: that of the host, in s since 1970, when it had the request.
+
+    ``began``: when the latches of the robots ``released`` were open; ``restarted``: units. Where nothing is
+    started, ``released`` are the robots of the trial that goes on which nobody has stopped.
+    """
+
+    deployed: bool
+    clock: float
+    began: float
+    released: list[str]
+    restarted: list[str]
+
+
+def handle(request: Request, payload: bytes, report: Report) -> Answer:
+    """Starts a trial at its instant. Raises ``RefusedError`` and ``FailedError``: no robot is released then.
+
+    A guard latches the robots when the time of the trial is over, whoever is gone by then.
+    """
+    clock = time.time()
+    home = home_of(request.swarm)
+    deployed = home.current() is not None
+    if not request.at or not deployed:
+        return Answer(deployed, clock, 0.0, trial_guard.released(home), [])
+    with lease.held_for(home, request):
+        latched = _checked(home, request)
+        with _stopped(request.units, request.at):
+            with _guarded(home, request):
+                _wait(request.at - _LAST)
+                report.note("starts")  # fails if the operator has gone
+                report.detach()
+                _wait(request.at)
+                if stop_latches.stamps(home, request.robots) != latched:
+                    raise RefusedError("a robot was stopped, or released, before the start", _AGAIN)
+            released = stop_latches.release(home, request.robots, synced=False)
+            began = time.time()
+            robot_motion.wake(home, released)
+    return Answer(True, clock, began, released, request.units)
+
+
+def _checked(home: Home, request: Request) -> dict[str, int]:
+    """The stamps of the robots' latches. Raises ``RefusedError`` for a request that cannot be met."""
+    robots, units = stop_latches.robot_names(request.robots), unit_names(request.units)
+    foreign = set(units) - {one["name"] for one in home.units(home.current())}
+    if foreign:
+        names = ", ".join(sorted(foreign))
+        raise RefusedError(
+            f"not in the release that runs here: {names}", "deploy, then start the trial again"
+        )
+    others = [one for one in trial_guard.released(home) if one not in robots]
+    if others and robots:
+        raise RefusedError(
+            f"{others[0]} drives in another trial here", "wait for its end, or stop its robots"
+        )
+    latched = stop_latches.stamps(home, robots)
+    if free := [one for one in robots if one not in latched]:
+        raise RefusedError(f"not stopped: {', '.join(free)}", "`swarmctl stop SPEC` stops robots")
+    if not 0 < request.seconds <= _LONGEST:
+        raise RefusedError(f"a trial cannot last {request.seconds:g} s", f"up to {_LONGEST:g} s are possible")
+    left = request.at - time.time()
+    if not 0 <= left <= _AHEAD:
+        when = f"{-left:.3f} s ago" if left < 0 else f"in {left:.3f} s"
+        raise RefusedError(
+            f"by the clock of this host the trial starts {when}",
+            f"the start must be 0 to {_AHEAD:g} s ahead; `swarmctl status SPEC` shows clocks that differ",
+        )
+    return latched
+
+
+@contextmanager
+def _stopped(units: list[str], at: float) -> Iterator[None]:
+    """Stops units before ``at``, and starts them after the block, even if it fails."""
+    try:
+        if units:
+            _stop(units, at - time.time())
+        yield
+    finally:
+        systemd.queue_start(units)
+
+
+def _stop(units: list[str], seconds: float) -> None:
+    try:
+        systemd.call(["systemctl", "stop", "--", *units], max(0.0, seconds))
+    except TimedOutError as error:
+        raise FailedError(f"programs did not end before the start: {error}", _LATER) from error
+
+
+@contextmanager
+def _guarded(home: Home, request: Request) -> Iterator[None]:
+    """Arms the guard of the robots; disarms it if the block fails."""
+    try:
+        if request.robots:
+            recovery_unit.install(home)
+            seconds = request.at - time.time() + request.seconds + _GRACE
+            trial_guard.arm(home, lock.operator_in(request), request.robots, seconds)
+        if time.time() > request.at:
+            raise FailedError("this host was not ready before the start", _LATER)
+        yield
+    except BaseException:
+        if request.robots:
+            trial_guard.disarm(home)
+        raise
+
+
+def _wait(moment: float) -> None:
+    """Returns at ``moment`` by the host's clock. Raises ``FailedError`` if that is set back meanwhile."""
+    latest = boot.now() + moment - time.time() + _GRACE
+    while (left := moment - time.time()) > 0:
+        if boot.now() > latest:
+            raise FailedError("the clock of this host was set back before the start", "start the trial again")
+        time.sleep(max(0.0, min(left - _FINE, _LOOK)))

@@ -1,0 +1,171 @@
+"""``swarmctl run`` on real hosts: robots start together and stop, whoever fails, and trials are kept."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from swarmctl.capsule import folder as capsules
+from swarmctl.cli import exit_codes
+from tests.e2e.bags import forget, messages
+from tests.e2e.lab_swarm import LabSwarm, Note, moves, until
+from tests.timing import PATIENCE
+
+CONTROL = "  - {by: koala-laptop, of: [koala, k3, epuck]}\n"
+EXPERIMENT = """
+programs:
+  ahead-koala:
+    host: koala-laptop
+    command: [rostopic, pub, -r, "10", /koala/cmd_vel, geometry_msgs/Twist, "{{linear: {{x: 0.05}}}}"]
+  ahead-k3:
+    host: koala-laptop
+    command: [rostopic, pub, -r, "10", /k3/cmd_vel, geometry_msgs/Twist, "{{linear: {{x: 0.05}}}}"]
+
+experiments:
+  ahead:
+    programs: [ahead-koala, ahead-k3]
+    duration: %s
+    trials: 2
+    record: ["*/odom"]
+"""
+DRIVEN = ("koala", "k3")
+
+
+@pytest.fixture(autouse=True)
+def _clean(swarm: LabSwarm) -> Iterator[None]:
+    yield
+    swarm.swarmctl("stop")
+    forget(swarm)
+    swarm.swarmctl("start")
+
+
+def deployed(swarm: LabSwarm, seconds: float) -> Path:
+    """The spec of an experiment with trials of so many seconds, deployed, its robots stopped."""
+    text = CONTROL + EXPERIMENT % seconds
+    spec = swarm.variant(f"ahead-{seconds:g}", (CONTROL, text))
+    assert swarm.deploy(spec).status == exit_codes.OK
+    swarm.swarmctl("stop", spec=spec)
+    until(lambda: stand(swarm), "a robot does not stop")
+    return spec
+
+
+def drive(swarm: LabSwarm) -> bool:
+    robots = swarm.robots()
+    return all(moves(robots[one]) for one in DRIVEN)
+
+
+def stand(swarm: LabSwarm) -> bool:
+    return not any(map(moves, swarm.robots().values()))
+
+
+def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, note: Note) -> None:
+    spec = deployed(swarm, 5)
+    run = swarm.swarmctl("run", "ahead", "--out", str(tmp_path), "--json", spec=spec)
+    assert run.status == exit_codes.OK, run.err
+    trials = run.json()["trials"]
+    assert [(one["trial"], one["outcome"]) for one in trials] == [(1, "completed"), (2, "completed")]
+    assert stand(swarm)
+    for one in trials:
+        folder = Path(one["capsule"])
+        index = capsules.read(folder)
+        assert not capsules.problems(folder)
+        assert index.skew is not None
+        note("between the first and the last host's start", f"{index.skew * 1e3:.1f} ms", "-")
+        assert {name: robot.state for name, robot in index.robots.items()} == dict.fromkeys(
+            swarm.robots(), "stands"
+        )
+        assert (folder / index.spec[0]).read_text("utf-8") == spec.read_text("utf-8")
+        (bag,) = [bag for bag in folder.glob("bags/*.bag") if "k3-pi" in bag.name]
+        way = [message.pose.pose.position.x for _, _, message in messages(bag, "/k3/odom")]
+        assert way[0] < way[-1], "the bag begins before the robot moves, and has its way"
+        assert json.loads((folder / "status-after.json").read_text("utf-8"))["healthy"]
+    verified = swarm.run("capsule", "verify", *(one["capsule"] for one in trials))
+    assert verified.status == exit_codes.OK, verified.out
+
+
+def test_robots_stop_when_the_operator_is_gone(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 8)
+    running = swarm.begin("run", "ahead", "--out", str(tmp_path), spec=spec)
+    try:
+        until(lambda: drive(swarm), "the trial does not begin")
+    finally:
+        running.kill()
+        running.communicate()
+    assert drive(swarm), "nobody but the hosts stops them"
+    until(lambda: stand(swarm), "the robots drive on without their operator")
+    assert "stopped by" in swarm.swarmctl("status", spec=spec).out
+
+
+def test_ctrl_c_stops_robots_and_the_rest_is_resumed(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 8)
+    running = swarm.begin("run", "ahead", "--out", str(tmp_path), "--json", spec=spec)
+    until(lambda: drive(swarm), "the trial does not begin")
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=PATIENCE)
+    assert running.returncode == exit_codes.INTERRUPTED, err
+    assert stand(swarm)
+    (trial,) = json.loads(out)["trials"]
+    index = capsules.read(Path(trial["capsule"]))
+    assert (index.trial, index.outcome) == (1, "interrupted")
+    assert [path for path in index.files if path.startswith("bags/")]
+    resumed = swarm.swarmctl("run", "ahead", "--resume", "--out", str(tmp_path), "--json", spec=spec)
+    assert [one["trial"] for one in resumed.json()["trials"]] == [1, 2], resumed.err
+    again = swarm.swarmctl("run", "ahead", "--resume", "--out", str(tmp_path), "--json", spec=spec)
+    assert (again.status, again.json()["trials"]) == (exit_codes.OK, [])
+
+
+def test_a_driver_that_ends_makes_a_trial_fail(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 8)
+    running = swarm.begin("run", "ahead", "--trial", "2", "--out", str(tmp_path), "--json", spec=spec)
+    until(lambda: drive(swarm), "the trial does not begin")
+    swarm.shell("k3-pi", "sudo systemctl kill --signal=KILL swarm-newswarm.k3")
+    out, err = running.communicate(timeout=PATIENCE)
+    assert running.returncode == exit_codes.UNHEALTHY, err
+    (trial,) = json.loads(out)["trials"]
+    assert (trial["trial"], trial["outcome"]) == (2, "failed")
+    assert trial["cause"] == "the driver of k3 ended in the trial, and was started again"
+
+
+def test_a_host_that_is_cut_off_stops_its_robots(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 8)
+    running = swarm.begin("run", "ahead", "--trial", "1", "--out", str(tmp_path), "--json", spec=spec)
+    until(lambda: drive(swarm), "the trial does not begin")
+    swarm.cut("epuck-pi")
+    swarm.cut("k3-pi")
+    try:
+        until(lambda: stand(swarm), "a robot drives on without the network")
+    finally:
+        swarm.join("k3-pi")
+        swarm.join("epuck-pi")
+    out, err = running.communicate(timeout=PATIENCE)
+    assert running.returncode == exit_codes.UNHEALTHY, err
+    (trial,) = json.loads(out)["trials"]
+    assert "-pi: " in trial["cause"]
+    assert len(list(Path(trial["capsule"]).glob("bags/*.bag"))) == len(swarm.hosts)
+
+
+def test_robots_of_a_host_that_boots_stand(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 40)
+    running = swarm.begin("run", "ahead", "--trial", "1", "--out", str(tmp_path), "--json", spec=spec)
+    until(lambda: drive(swarm), "the trial does not begin")
+    swarm.reboot("k3-pi")
+    out, err = running.communicate(timeout=PATIENCE)
+    assert running.returncode == exit_codes.UNHEALTHY, err
+    (trial,) = json.loads(out)["trials"]
+    assert trial["cause"] == "k3 was stopped before the end, or k3-pi restarted"
+    assert stand(swarm)
+
+
+def test_a_trial_of_a_sick_swarm_does_not_begin(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 5)
+    swarm.shell("k3-pi", "sudo systemctl stop swarm-newswarm.k3")
+    run = swarm.swarmctl("run", "ahead", "--out", str(tmp_path), spec=spec)
+    assert run.status == exit_codes.UNHEALTHY
+    assert "trial 1 did not begin" in run.err
+    assert "k3" in run.err
+    assert stand(swarm)
+    assert not list(tmp_path.rglob("index.json"))
