@@ -63,6 +63,7 @@ def bluetooth_budgets(index: SwarmIndex, loads: Mapping[int, SerialLoad]) -> tup
     for number, link in index.lines:
         if isinstance(link, Bluetooth) and (adapter := index.adapter_of(link)) is not None:
             served.setdefault((link.host, adapter), {})[number] = link.robot
+    # Lines of one kind share a load: it is looked up by its identity, as its hash takes as long as the sum.
     slots = {id(load): slots_of(load) for load in {id(one): one for one in loads.values()}.values()}
     return tuple(
         BluetoothBudget(

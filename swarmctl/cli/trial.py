@@ -92,7 +92,8 @@ class TrialHosts:
         self._targets, self._connect, self._look = targets, connect, look
         self._complete, self._parallel = complete, parallel
         robots = experiment.robots or tuple(swarm.robots)
-        self._robots = _by_host((swarm.robots[one].host, one) for one in robots if one in swarm.robots)
+        self._robots = _by_host((swarm.robots[one].host, one) for one in robots)
+        self._all = self._targets, self._robots
         units = ((swarm.programs[one].host, names.unit(swarm.name, one)) for one in experiment.programs)
         self._units = _by_host(units)
 
@@ -134,6 +135,7 @@ class TrialHosts:
 
     def _ready(self, number: int) -> Trial:
         """Returns the trial once its robots stand, the swarm is healthy and no host has older bags."""
+        self._targets, self._robots = self._all
         stops, before = list(self._stop()), self._look()
         for trouble in trial_troubles.before_it(before, self._experiment.programs):
             raise TrialError(printable(trouble))
@@ -159,6 +161,9 @@ class TrialHosts:
         """Goes on without optional hosts. Raises ``TrialError`` for one with a program of the experiment."""
         for host in away & self._units.keys():
             raise TrialError(f"{host} does not answer, and has a program of the experiment")
+        for host in away & self._robots.keys():
+            without = ", ".join(self._robots[host])
+            console.show(f"{host} does not answer and is optional: a trial without {without}", error=True)
         self._targets = {host: one for host, one in self._targets.items() if host not in away}
         self._robots = {host: one for host, one in self._robots.items() if host not in away}
         if not self._robots and not self._units:
@@ -186,9 +191,9 @@ class TrialHosts:
     def _record(self, recording: RecordingHosts) -> None:
         if not self._experiment.record:
             return
-        accounts = {name: target.user for name, target in self._targets.items()}
+        accounts = dict.fromkeys(self._swarm.hosts, "")  # no request is sent to those that are away
+        accounts |= {name: target.user for name, target in self._targets.items()}
         seconds = self._experiment.duration + _LEAD + _SPARE
-        accounts = {**dict.fromkeys(self._swarm.hosts, ""), **accounts}
         wanted = requests(
             self._swarm, accounts, self._experiment.record, seconds=seconds, megabytes=_MEGABYTES
         )

@@ -30,7 +30,7 @@ def write(folder: Path, trial: Trial, experiment: str, wanted: Expected, files: 
             if look is not None:
                 text = json.dumps(look.status.to_json(), indent=1) + "\n"
                 (folder / f"status-{name}.json").write_text(text, "utf-8")
-        spec = _write_spec(folder, wanted.document.texts, files)
+        spec = write_spec(folder, wanted.document.texts, files)
         facts = _facts(trial, {name: one.type_name for name, one in wanted.swarm.robots.items()})
         own = {
             "swarm": wanted.swarm.name,
@@ -46,7 +46,7 @@ def write(folder: Path, trial: Trial, experiment: str, wanted: Expected, files: 
         console.fail(str(error), error.help)
 
 
-def _write_spec(folder: Path, texts: Mapping[str, str], files: Sequence[Path]) -> list[str]:
+def write_spec(folder: Path, texts: Mapping[str, str], files: Sequence[Path]) -> list[str]:
     """Writes the files of the spec, and the types beside it; returns their places, the spec's own first."""
     base, places = files[0].resolve().parent, list[str]()
     for file in dict.fromkeys((*map(str, files), *texts)):

@@ -7,6 +7,8 @@ from collections.abc import Collection, Iterator
 from swarmctl.health.swarm_health import Look, Unit
 from swarmctl.health.verdict import State
 
+_NEEDED = ("clock", "release")  # warnings elsewhere: a trial is of this spec, and starts at one instant
+
 
 def before_it(look: Look, programs: Collection[str]) -> Iterator[str]:
     """Yields why a trial that starts ``programs`` cannot begin."""
@@ -14,8 +16,8 @@ def before_it(look: Look, programs: Collection[str]) -> Iterator[str]:
         yield f"the swarm is not healthy: {_cause(look)}"
     yield from _skipped(look, programs)
     for finding in look.status.diagnosis.findings:
-        if finding.check == "clock" and finding.state not in (State.OK, State.SKIPPED):
-            yield f"its hosts need one clock: {finding.subject} {finding.message}"
+        if finding.check in _NEEDED and finding.state not in (State.OK, State.SKIPPED):
+            yield f"{finding.key}: {finding.message}"
 
 
 def in_it(before: Look, after: Look, programs: Collection[str]) -> Iterator[str]:

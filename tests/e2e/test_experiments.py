@@ -98,6 +98,10 @@ def test_robots_stop_when_the_operator_is_gone(swarm: LabSwarm, tmp_path: Path) 
     assert drive(swarm), "nobody but the hosts stops them"
     until(lambda: stand(swarm), "the robots drive on without their operator")
     assert "stopped by" in swarm.swarmctl("status", spec=spec).out
+    again = swarm.swarmctl("run", "ahead", "--out", str(tmp_path), spec=spec)
+    assert again.status == exit_codes.UNHEALTHY
+    assert "record" in again.err
+    assert "--fetch` fetches them" in again.err, "bags of one trial are in no other's capsule"
 
 
 def test_ctrl_c_stops_robots_and_the_rest_is_resumed(swarm: LabSwarm, tmp_path: Path) -> None:
@@ -128,6 +132,18 @@ def test_a_driver_that_ends_makes_a_trial_fail(swarm: LabSwarm, tmp_path: Path) 
     (trial,) = json.loads(out)["trials"]
     assert (trial["trial"], trial["outcome"]) == (2, "failed")
     assert trial["cause"] == "the driver of k3 ended in the trial, and was started again"
+
+
+def test_a_recording_that_ends_makes_a_trial_fail(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 8)
+    running = swarm.begin("run", "ahead", "--trial", "1", "--out", str(tmp_path), "--json", spec=spec)
+    until(lambda: drive(swarm), "the trial does not begin")
+    swarm.shell("k3-pi", "sudo systemctl kill --signal=KILL 'swarm-recording@*'")
+    out, err = running.communicate(timeout=PATIENCE)
+    assert running.returncode == exit_codes.UNHEALTHY, err
+    (trial,) = json.loads(out)["trials"]
+    assert trial["outcome"] == "failed"
+    assert trial["cause"].startswith("the recording on k3-pi: ")
 
 
 def test_a_host_that_is_cut_off_stops_its_robots(swarm: LabSwarm, tmp_path: Path) -> None:

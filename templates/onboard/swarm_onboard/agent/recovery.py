@@ -1,8 +1,8 @@
 """The process of the recovery unit: it undoes what nobody finishes, and ends once nothing is open.
 
 At boot, before any unit of the swarm: a change of an earlier boot is undone, a removal finished, and the
-robots of a trial are latched. While a
-change is made: if its agent dies, or nobody confirms it until the deadline, it is undone.
+robots of a trial are latched. While a change is made: if its agent dies, or nobody confirms it until the
+deadline, it is undone.
 """
 
 from __future__ import annotations
