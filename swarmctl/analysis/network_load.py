@@ -170,15 +170,15 @@ def _sources(index: SwarmIndex, subscribed: Container[str] | None) -> Iterator[S
         if one.publishes and one.rate is not None and size is not None:
             declared.add((one.topic, one.owner))
             yield Source(one.topic, one.host, one.rate, size)
-    rates = command_rates(index)
+    rates, commands, foreign = command_rates(index), index.command_topics, index.ros_drivers
     for control in index.spec.control:
         origin = index.commander_host(control.by)
         for robot in control.of if origin is not None else ():
-            command = index.command_topics.get(robot)
+            command = commands.get(robot)
             if origin is not None and command is not None and (command.topic, control.by) not in declared:
                 yield Source(command.topic, origin, rates[robot], message_bytes(command.type, None) or 0)
     for namespace, robot in index.robot_by_namespace.items():
-        is_wanted = subscribed is None or namespace in subscribed or robot in index.ros_drivers
+        is_wanted = subscribed is None or namespace in subscribed or robot in foreign
         if is_wanted and (host := index.driving[robot]) is not None:
             for sent in index.driver_topics(robot):
                 if sent.rate and sent.size:

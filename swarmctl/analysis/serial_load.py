@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 from swarmctl.links.link_base import Delay, Line
 from swarmctl.links.link_kinds import kinds
@@ -137,8 +138,7 @@ def _rounded_down(rate: float) -> float:
     return float(int(rate)) if rate >= 2 else max(0.0, int(rate * 10) / 10)
 
 
-@dataclass(frozen=True)
-class SerialBudget:
+class SerialBudget(NamedTuple):
     """The load of one robot's line, and the host it is connected to."""
 
     robot: str
@@ -157,10 +157,12 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
     """
     command_rate = command_rates(index)
     loads: dict[tuple[object, ...], SerialLoad] = {}
+    robots, driven = index.spec.robots, index.driven_robots
+    polled = {name for name, one in index.native_types.items() if one.driver_protocol is not None}
     for number, link, robot_type in index.native_lines:
-        if robot_type.driver_protocol is None or link.robot not in index.driven_robots:
+        robot = robots[link.robot]
+        if robot.type not in polled or link.robot not in driven:
             continue
-        robot = index.spec.robots[link.robot]
         kind, baud = link.line_kind, link.own_baud
         commands = command_rate[link.robot]
         own = robot.settings.of_sensors if robot.settings.model_fields_set else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union
 
@@ -59,7 +59,7 @@ class OfAnyKind:
         return tuple(model for _, model in kinds(Model))
 
     def _checked(self, value: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        kind = value.get("kind") if isinstance(value, Mapping) else None
+        kind = value.get("kind") if isinstance(value, dict) else None
         if not isinstance(kind, str) or kind in LINK_KINDS.built_in or kind not in LINK_KINDS:
             return handler(value)
         return _adapter(self.classes()).validate_python(value, context=info.context)

@@ -8,6 +8,7 @@ from functools import cached_property
 
 from swarmctl.analysis.host_load import HostBudget, host_budgets
 from swarmctl.analysis.listeners import listeners
+from swarmctl.analysis.rosserial_load import RosserialBudget, rosserial_budgets
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.launch_uses import LaunchUse, launch_uses
@@ -165,6 +166,11 @@ class RuleContext(SwarmIndex):
     def line_budgets(self) -> Mapping[int, SerialBudget]:
         """The load of each line, by its index in ``links``."""
         return dict(serial_budgets(self))
+
+    @cached_property
+    def board_budgets(self) -> tuple[RosserialBudget, ...]:
+        """The load of each board with rosserial."""
+        return tuple(rosserial_budgets(self))
 
     @cached_property
     def host_budgets(self) -> tuple[HostBudget, ...]:

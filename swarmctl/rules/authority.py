@@ -105,22 +105,24 @@ def _once(context: RuleContext, index: int, place: int, *, equal: bool) -> Fix |
 @rule("AUTH004")
 def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
     """A program publishes commands or settings without authority from `control` or from the mode."""
-    actuators = {
-        f"{context.namespaces[robot]}/{name}": (robot,)
-        for robot, kind in context.driven_robots.items()
-        for name in kind.actuators
-    }
-    robots_by_topic = {**actuators, **context.robots_by_command}
     for one in context.endpoints:
-        robots = robots_by_topic.get(one.topic, ()) if one.publishes else ()
-        for robot in robots:
+        robots = context.robots_by_command.get(one.topic, ()) if one.publishes else ()
+        moved = _robot_with_actuator(context, one.topic) if one.publishes and not robots else ()
+        for robot in robots or moved:
             island = context.island_of_robot(robot)
             there = appears_on(one.host, context.home, island)
             known = there in context.spec.hosts and _names_hosts(context, context.driving[robot])
             address = advertised(context.spec, there) if known else ""
             over = context.authority.over(robot)
             if not any(commander.includes(one.node, address) for commander in over):
-                yield _unauthorised(context, one, robot, sets=one.topic in actuators)
+                yield _unauthorised(context, one, robot, sets=bool(moved))
+
+
+def _robot_with_actuator(context: RuleContext, topic: str) -> tuple[str, ...]:
+    space, name = context.split_topic(topic)
+    robot = context.robot_by_namespace.get(space, "")
+    kind = context.driven_robots.get(robot)
+    return (robot,) if kind is not None and name in kind.actuators else ()
 
 
 def _unauthorised(context: RuleContext, one: Endpoint, robot: str, *, sets: bool) -> Diagnostic:

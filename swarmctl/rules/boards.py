@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.analysis.rosserial_load import PATIENCE, Carried, RosserialBudget, rosserial_budgets
+from swarmctl.analysis.rosserial_load import PATIENCE, Carried, RosserialBudget
 from swarmctl.analysis.sketch_limits import good_bauds, most_pulses, wrong_baud
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.linter.context import RuleContext, rule
@@ -46,7 +46,7 @@ def _named(context: RuleContext) -> Iterator[tuple[Loc, str]]:
 def _budgets(context: RuleContext) -> Iterator[RosserialBudget]:
     """Yields one budget per sketch: robots with the same type and baud rate have the same sketch."""
     alike: set[tuple[str, int]] = set()
-    for budget in rosserial_budgets(context):
+    for budget in context.board_budgets:
         if budget.kind == "robot":
             sketch = (context.spec.robots[budget.owner].type, budget.baud)
             if sketch in alike:

@@ -133,7 +133,7 @@ def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
                 help=(f"add the port's number: `interface`, 0 to {several[0] - 1} {INTERFACE}",),
             )
         serial = link.usb.serial
-        if serial is None:
+        if serial is None or serial.isalnum():
             continue
         if _CONTROLLER.fullmatch(serial) or _IDS.fullmatch(serial):
             whole = _CONTROLLER.fullmatch(serial) is not None

@@ -72,9 +72,10 @@ def _unavailable(
 def unused_values(context: RuleContext) -> Iterator[Diagnostic]:
     """A value in a link that nothing uses: no text of the robot's driver has a placeholder for it."""
     for index, link in context.lines:
-        if link.model_fields_set.isdisjoint(_VALUES) and not isinstance(link, IpLink):
-            continue
+        given = link.model_fields_set & _VALUES.keys()
         driver = context.ros_drivers.get(link.robot)
+        if not isinstance(link, IpLink) and (not given or (driver is None and given == {"baud"})):
+            continue
         if (driver is None and link.robot not in context.driven_robots) or _lacks_its_link(
             context, link.robot
         ):
@@ -83,7 +84,7 @@ def unused_values(context: RuleContext) -> Iterator[Diagnostic]:
         if driver is not None:
             used = {one for _, one in driver.placeholders}
         for key, placeholders in _VALUES.items():
-            if key not in link.model_fields_set or not getattr(link, key):  # an empty list: it has none
+            if key not in given or not getattr(link, key):  # an empty list: it has none
                 continue
             giving = [one for one in placeholders if one in link.placeholders]
             if isinstance(link, Tcp) and key == "local_ports":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import posixpath
 import re
+from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Iterator
 from functools import partial
 from typing import Any
@@ -35,34 +36,46 @@ Claim = tuple[Hashable, str, Place]  # the value, its owner, and its place in th
 @rule("ID002")
 def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
     """Two robots, or a robot and a program, of one host on one device or USB adapter."""
-    of_adapters: list[Claim] = []
-    claims: list[Claim] = []
+    of_adapters: list[tuple[Hashable, int]] = []  # with the index of the link
+    of_devices: list[tuple[Hashable, int]] = []
     adapters: dict[tuple[str, str], list[Usb]] = {}
-    for index, link in context.lines:
-        if isinstance(link, Serial) and link.usb is not None:
-            named = adapters.setdefault((link.host, link.usb.identity), [])
+    lines = [(index, link) for index, link in context.lines if isinstance(link, Serial)]
+    for index, link in lines:
+        if (usb := link.usb) is not None:
+            adapter = (link.host, usb.identity)
+            named = adapters.setdefault(adapter, [])
             if len(named) >= _MODELS:
                 continue
-            port = _port_among(named, link.usb)
+            port = _port_among(named, usb) if named else 0
             if port == len(named):
-                named.append(link.usb)
-            claimed = (link.host, link.usb.identity, port)
-            of_adapters.append((claimed, f"robot `{link.robot}`", ("links", index, *_place(link))))
-    for index, link in context.lines:
-        if isinstance(link, Serial) and link.usb is None and link.device is not None:
-            owner, place = f"robot `{link.robot}`", ("links", index, "device")
+                named.append(usb)
+            of_adapters.append(((adapter, port), index))
+    for index, link in lines:
+        if link.usb is None and link.device is not None:
             usb = _usb_in(link.device)
-            named = adapters.get((link.host, usb.identity), [])
+            adapter = (link.host, usb.identity)
+            named = adapters.get(adapter, [])
             port = _port_among(named, usb)
             if port < len(named):
-                of_adapters.append(((link.host, usb.identity, port), owner, place))
+                of_adapters.append(((adapter, port), index))
             else:
-                claims.append(((link.host, _path(context, link)), owner, place))
+                of_devices.append(((link.host, _path(context, link)), index))
     own = "each robot needs its own serial link"
-    yield from duplicates(context, "ID002", "serial device", claims, own)
+    yield from duplicates(context, "ID002", "serial device", _repeated(context, of_devices), own)
     help_ = f"{own}; ports of one adapter differ in `interface` {INTERFACE}"
-    yield from duplicates(context, "ID002", "serial device", of_adapters, help_)
+    yield from duplicates(context, "ID002", "serial device", _repeated(context, of_adapters), help_)
     yield from opened_twice(context, _of_lines(context))
+
+
+def _repeated(context: RuleContext, used: list[tuple[Hashable, int]]) -> list[Claim]:
+    """Returns what several links use, each with the index of its link."""
+    count = Counter(value for value, _ in used)
+    links = {index: (value, context.spec.links[index]) for value, index in used if count[value] > 1}
+    return [
+        (value, f"robot `{link.robot}`", ("links", index, *_place(link)))
+        for index, (value, link) in links.items()
+        if isinstance(link, Serial)
+    ]
 
 
 def _of_lines(context: RuleContext) -> Iterator[Opened]:

@@ -76,10 +76,12 @@ def _possible_lines(context: RuleContext, robot: str, host: str | None) -> Itera
 @rule("LINK007")
 def link_kinds(context: RuleContext) -> Iterator[Diagnostic]:
     """A link of a kind that the robot type does not support."""
-    spec = context.spec
+    robots = context.spec.robots
+    of_type = {robot.type: name for name, robot in robots.items()}
+    kinds_of = {type_name: context.link_kinds(robot) for type_name, robot in of_type.items()}
     for index, link in context.lines:
-        type_name = spec.robots[link.robot].type
-        kinds = context.link_kinds(link.robot)
+        type_name = robots[link.robot].type
+        kinds = kinds_of[type_name]
         if link.kind not in kinds:
             yield Diagnostic(
                 "LINK007",

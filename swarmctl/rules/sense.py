@@ -37,20 +37,20 @@ def implausible_types(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("SENSE003", "SENSE005", "SENSE007")
 def implausible_settings(context: RuleContext) -> Iterator[Diagnostic]:
     """A measured separation, a limit or a rate, of a robot or of all, that its type contradicts."""
+    robots, defaults = context.spec.robots, context.spec.defaults.robot
     for name, kind in context.driven_robots.items():
-        own, layers = context.spec.robots[name].settings, context.document.settings_layers(name)
-        if not own.model_fields_set and ODOM not in layers[0].rates:
+        own = robots[name].settings
+        if not own.model_fields_set and ODOM not in defaults.rates:
             continue
         for doubt in (_of_separation(kind, own), standstill(kind, own.limits.linear)):
             if doubt is not None and doubt.at[0] == "settings":
                 yield _finding(doubt, f"robot `{name}`", context.span("robots", name, *doubt.at))
         at = ("robots", name, "settings") if ODOM in own.rates else ("defaults", "robot")
-        if (ODOM in own.rates or ODOM in layers[0].rates) and not kind.sketch:
-            wrapping = wrapping_counters(kind, _rate(kind, *layers))
+        if (ODOM in own.rates or ODOM in defaults.rates) and not kind.sketch:
+            wrapping = wrapping_counters(kind, _rate(kind, *context.document.settings_layers(name)))
             if wrapping is not None:
                 yield _finding(wrapping, f"robot `{name}`", context.span(*at, "rates", ODOM))
-    defaults = context.spec.defaults.robot
-    kinds = {context.spec.robots[name].type: kind for name, kind in context.driven_robots.items()}
+    kinds = {robots[name].type: kind for name, kind in context.driven_robots.items()}
     for name, kind in sorted(kinds.items()):
         for doubt in (_of_separation(kind, defaults), standstill(kind, defaults.limits.linear)):
             if doubt is not None and doubt.at[0] == "settings":

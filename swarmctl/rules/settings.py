@@ -17,6 +17,7 @@ from swarmctl.robot_types.ros_launchable import PlaceholderError, filled
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.sensors import Battery, Image
 from swarmctl.robot_types.settings import Limits, RobotSettings
+from swarmctl.spec.maintenance_model import NO_TERMS
 from swarmctl.swarm import names
 from swarmctl.swarm.resolve import maintenance_of, power_topics
 from swarmctl.swarm.topics import declared_topics
@@ -242,9 +243,9 @@ def unmeasured_terms(context: RuleContext) -> Iterator[Diagnostic]:
     """A term that swarmctl does not measure on a robot."""
     found: dict[tuple[Loc, str], list[str]] = {}
     for name, robot in context.spec.robots.items():
-        wanted = maintenance_of(context.spec, name)
-        if not wanted.model_fields_set:
+        if context.spec.maintenance is NO_TERMS and robot.maintenance is NO_TERMS:
             continue
+        wanted = maintenance_of(context.spec, name)
         battery, docked = _read_by_gate(context, name)
         measured = {
             "idle": _has_gate(context, name),

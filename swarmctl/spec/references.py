@@ -95,7 +95,7 @@ def undefined(data: Any, known: Mapping[str, Collection[str]]) -> Iterator[tuple
             continue
         names = frozenset[str]().union(*(known[kind] for kind in kinds))
         steps = pattern.split(".")
-        if not all(word in names for word in _values(data, steps) if isinstance(word, str)):
+        if not names.issuperset([word for word in _values(data, steps) if isinstance(word, str)]):
             yield from (
                 (kinds, loc, word)
                 for loc, word in at(data, steps)

@@ -6,7 +6,7 @@ modes: the commanders in `control`, and below all of them the robot's own progra
 
 from __future__ import annotations
 
-from swarmctl.spec.model import Mode, Spec
+from swarmctl.spec.model import Control, Mode, Spec
 from swarmctl.swarm.addresses import advertised
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Commander, Island, appears_on
@@ -19,19 +19,16 @@ class Authority:
 
     def __init__(self, index: SwarmIndex) -> None:
         self._index = index
-        self._named: dict[str, list[Commander]] = {}
+        self._named: dict[str, list[Control]] = {}
         for control in index.spec.control:
-            by_island: dict[str, Commander] = {}
             for robot in control.of:
-                to = index.island_of_robot(robot) if robot in index.spec.robots else None
-                name = to.name if to is not None else ""
-                if name not in by_island:
-                    by_island[name] = self._commander(control.by, control.priority, to)
-                self._named.setdefault(robot, []).append(by_island[name])
+                self._named.setdefault(robot, []).append(control)
+        self._commanders: dict[tuple[str, int, str], Commander] = {}  # by name, priority and island
 
     def over(self, robot: str) -> tuple[Commander, ...]:
         """Returns who may command ``robot``, the highest priority first."""
-        named = self._named.get(robot, [])
+        to = self._index.island_of_robot(robot)
+        named = [self._commander(one.by, one.priority, to) for one in self._named.get(robot, ())]
         host = self._index.driving[robot] or ""
         leader = self.leader_of(robot)
         if leader is not None:
@@ -48,6 +45,12 @@ class Authority:
         return tuple(sorted(found, key=lambda one: -one.priority))
 
     def _commander(self, by: str, priority: int, to: Island | None) -> Commander:
+        key = (by, priority, "" if to is None else to.name)
+        if key not in self._commanders:
+            self._commanders[key] = self._seen_from(to, by, priority)
+        return self._commanders[key]
+
+    def _seen_from(self, to: Island | None, by: str, priority: int) -> Commander:
         """A commander as the graph of island ``to`` shows it.
 
         What a relay between ROS 1 and ROS 2 publishes comes from its hub, whichever node has sent it: there

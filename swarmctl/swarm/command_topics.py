@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from swarmctl.robot_types.kinematics import Motion
 from swarmctl.robot_types.ros_driver import VELOCITIES, RosDriver
@@ -15,8 +15,7 @@ STAMPED_TYPE = "geometry_msgs/TwistStamped"
 SENDABLE = VELOCITIES  # what the shipped teleop programs can publish
 
 
-@dataclass(frozen=True)
-class CommandTopic:
+class CommandTopic(NamedTuple):
     """A topic by its full name, and the message type of the commands on it."""
 
     topic: str

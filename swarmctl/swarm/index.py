@@ -48,6 +48,7 @@ class SwarmIndex:
         self.document = document
         self.spec: Spec = document.spec
         self._settings: dict[tuple[str, str], RobotSettings] = {}
+        self._shared: dict[tuple[str, str], list[int]] = {}  # networks of two hosts
         self._topics: dict[tuple[str, str], tuple[DriverTopic, ...]] = {}
 
     # Robot types and drivers
@@ -76,10 +77,11 @@ class SwarmIndex:
     @cached_property
     def ros_drivers(self) -> Mapping[str, RosDriver]:
         """The ROS packages that drive robots, by robot; their placeholders are not filled in."""
-        hosts = self.driving
+        hosts, native = self.driving, self.native_types
         found = (
             (name, ros_driver_of(self.document, name, self.distro_of_host(hosts[name])))
-            for name in self.spec.robots
+            for name, robot in self.spec.robots.items()
+            if robot.driver is not None or robot.type not in native
         )
         return {name: one for name, one in found if one is not None}
 
@@ -266,8 +268,11 @@ class SwarmIndex:
 
     def shared_networks(self, one: str, other: str) -> list[int]:
         """Returns the networks that two hosts share, by index. No host counts as a router."""
-        graph = self.topology
-        return [index for index in graph[one] if graph.has_edge(index, other)]
+        found = self._shared.get((one, other))
+        if found is None:
+            graph = self.topology
+            found = self._shared[one, other] = [index for index in graph[one] if graph.has_edge(index, other)]
+        return found
 
     def meet(self, one: str, other: str) -> bool:
         """True if two hosts share a network, or are one."""
