@@ -306,7 +306,11 @@ class _Run:
     def push(self, scope: _Scope, action: Action) -> None:
         started = self.started()
         namespace = str(self.text(scope, action.arguments.get("namespace", "")))
-        self.pushed.append((self.place(scope, action.line), namespace, started))
+        place = self.place(scope, action.line)
+        self.pushed.append((place, namespace, started))
+        if isinstance(scope.namespace, Unknown):
+            why = f"the namespace {namespace} is within one that is not known"
+            self.launched.left_out.append((place, why))
         scope.namespace = self.joined(scope, action.arguments.get("namespace", ""))
 
     def joined(self, scope: _Scope, value: Any) -> str | Unknown:

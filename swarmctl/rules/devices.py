@@ -133,9 +133,11 @@ def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
                 help=(f"add the port's number: `interface`, 0 to {several[0] - 1} {INTERFACE}",),
             )
         serial = link.usb.serial
-        if serial is None or serial.isalnum():
+        if serial is None:
             continue
-        if _CONTROLLER.fullmatch(serial) or _IDS.fullmatch(serial):
+        if serial.isalnum():  # what the next two are not
+            yield from _shared_or_absent(context, index, link.usb, serial) if link.usb.path is None else ()
+        elif _CONTROLLER.fullmatch(serial) or _IDS.fullmatch(serial):
             whole = _CONTROLLER.fullmatch(serial) is not None
             yield Diagnostic(
                 "DEV003",

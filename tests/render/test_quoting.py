@@ -25,6 +25,7 @@ from swarmctl.render.quoting import LITERALS, UnsafeValueError
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.swarm.resolve import resolve
+from swarmctl.yamltext.compose import DIRECTIONS
 from swarmctl.yamltext.source import parse
 
 CATALOG = load_catalog()
@@ -49,7 +50,7 @@ HOSTILE = [
 ]
 HOSTILE += ["-oProxyCommand=x", "]]>", '"/><node/>', "${IFS}", "a b c", "é", "=x", "{x,y}", "@x"]
 
-_ODD = "\u2028\u2029\ufffe\uffff"
+_ODD = "\u2028\u2029\ufffe\uffff" + "".join(sorted(DIRECTIONS))  # no spec has them
 one_line = st.one_of(
     st.sampled_from(HOSTILE),
     st.text(st.characters(exclude_categories=("Cc", "Cs"), exclude_characters=_ODD), max_size=30),
