@@ -44,6 +44,7 @@ Word = Annotated[Text, Field(min_length=1, max_length=255)]
 InnerPath = Annotated[Text, AfterValidator(_inside)]
 Moment = Annotated[float, Field(ge=0, le=1e11, description="Seconds since 1970.")]
 Seconds = Annotated[float, Field(ge=0, le=1e9)]
+Amount = Annotated[float, Field(ge=0, le=1e12)]
 
 
 class Git(Model):
@@ -71,6 +72,20 @@ class Robot(Model):
     seconds: Seconds | None
 
 
+class Judged(Model):
+    """A condition of `success`, and what the bags show.
+
+    ``wanted`` and ``found`` are, for ``reached``, m from the goal: its radius, and the least distance; for
+    ``distance``, m; for ``count``, messages. ``found`` is None if the bags have no message of the topic.
+    """
+
+    topic: Word
+    condition: Literal["reached", "distance", "count"]
+    wanted: Amount
+    found: Amount | None
+    met: bool
+
+
 class File(Model):
     """What a file has to contain."""
 
@@ -90,6 +105,11 @@ class Index(Model):
     seconds: Seconds
     outcome: Literal["completed", "interrupted", "failed"]
     cause: Text
+    parameters: Mapping[Word, Mapping[Text, Any]] = Field(
+        {}, max_length=1000, description="Of programs: those that differ from the spec's own."
+    )
+    success: bool | None = Field(None, description="Whether it was completed and all of `judged` is met.")
+    judged: list[Judged] = Field([], max_length=1000)
     operator: Text
     swarmctl: Text = Field(description="The version.")
     spec: list[InnerPath] = Field(min_length=1, max_length=1000, description="The spec, then its overlays.")

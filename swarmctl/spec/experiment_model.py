@@ -2,12 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated
 
 from pydantic import Field
 
-from swarmctl.field_types import Model, Printable, ProgramName, SelectedRobot
+from swarmctl.field_types import (
+    ConsistencyError,
+    GraphName,
+    Model,
+    Parameter,
+    Printable,
+    ProgramName,
+    SelectedRobot,
+    fits_together,
+)
 from swarmctl.units import Unit
+
+
+class Goal(Model):
+    """A circle on the ground."""
+
+    x: Annotated[float, Unit("m")] = Field(examples=[1.0])
+    y: Annotated[float, Unit("m")] = Field(examples=[0.0])
+    within: Annotated[float, Unit("m")] = Field(0.1, gt=0, description="Its radius.", examples=[0.1])
+
+
+class Criterion(Model):
+    """What the messages of one topic show if a trial succeeds: all that is written here."""
+
+    topic: GraphName = Field(
+        description="A recorded topic. Poses of odometry count from where the robot stood at the start.",
+        examples=["k3/odom"],
+    )
+    reached: Goal | None = Field(None, description="The robot is there at least once.")
+    distance: Annotated[float, Unit("m")] | None = Field(
+        None, gt=0, description="It drives at least so far.", examples=[1.0]
+    )
+    count: int | None = Field(None, ge=1, description="There are at least so many messages.", examples=[100])
+
+    @fits_together
+    def _has_a_condition(self) -> Iterator[ConsistencyError]:
+        if self.reached is None and self.distance is None and self.count is None:
+            yield ConsistencyError("a criterion needs `reached`, `distance` or `count`")
 
 
 class Experiment(Model):
@@ -31,4 +68,12 @@ class Experiment(Model):
         ("*",),
         description="Topics to record, as `swarmctl record` takes them; by default all.",
         examples=[["*/odom", "/tf"]],
+    )
+    parameters: dict[ProgramName, dict[str, tuple[Parameter, ...]]] = Field(
+        {},
+        description="Values of parameters of programs; a trial is run with each combination of them.",
+        examples=[{"wander": {"speed": [0.1, 0.2], "seed": [1, 2, 3]}}],
+    )
+    success: tuple[Criterion, ...] = Field(
+        (), description="A trial succeeds if it is completed and its bags show all of this."
     )
