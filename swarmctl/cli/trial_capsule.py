@@ -15,15 +15,16 @@ from swarmctl.remote import operators
 from swarmctl.version import __version__
 
 if TYPE_CHECKING:
-    from swarmctl.cli.swarm_look import Expected
     from swarmctl.cli.trial import Trial
+    from swarmctl.cli.trial_release import Releases
 
 
-def write(folder: Path, trial: Trial, experiment: str, wanted: Expected, files: Sequence[Path]) -> None:
-    """Makes a folder, which has the bags already, the capsule of a trial; ``files`` are those of the spec.
+def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> None:
+    """Makes a folder, which has the bags already, the capsule of a trial.
 
     Ends the program if it cannot be written.
     """
+    wanted, files = releases.wanted, releases.where.spec.files
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, look in (("before", trial.before), ("after", trial.after)):
@@ -37,6 +38,7 @@ def write(folder: Path, trial: Trial, experiment: str, wanted: Expected, files: 
             "experiment": experiment,
             "seconds": wanted.document.spec.experiments[experiment].duration,
             "spec": spec,
+            "parameters": releases.values,
             "git": git_state(files[0].absolute().parent),
         }
         capsules.write(folder, {**facts, **own})

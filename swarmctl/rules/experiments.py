@@ -1,12 +1,21 @@
-"""What an experiment starts with its trials."""
+"""What an experiment starts with its trials, varies and judges."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fnmatch import fnmatchcase
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.suggest import did_you_mean
 from swarmctl.swarm.shipped_programs import INTERACTIVE
+
+WITH_POSES = (
+    "nav_msgs/Odometry",
+    "geometry_msgs/PoseStamped",
+    "geometry_msgs/PoseWithCovarianceStamped",
+    "geometry_msgs/Pose",
+)
 
 
 @rule("EXP001")
@@ -23,4 +32,61 @@ def programs_of_people(context: RuleContext) -> Iterator[Diagnostic]:
                     label="not started by a trial",
                     notes=(Note(context.span("programs", one, "lifecycle", "use"), "it needs a terminal"),),
                     help=("remove it, and start it by hand before the trials, or make it a service",),
+                )
+
+
+@rule("EXP002", "EXP004")
+def criteria(context: RuleContext) -> Iterator[Diagnostic]:
+    """A criterion of success whose topic is not recorded, has no poses, or that nothing publishes."""
+    for name, experiment in context.spec.experiments.items():
+        for place, one in enumerate(experiment.success):
+            topic = f"/{one.topic.strip('/')}"
+            loc = ("experiments", name, "success", place)
+            types = set(context.publishers.of(topic).values())
+            moves = next((key for key in ("reached", "distance") if getattr(one, key) is not None), None)
+            if not any(fnmatchcase(topic, pattern) for pattern in experiment.record):
+                yield Diagnostic(
+                    "EXP002",
+                    f"experiment `{name}` judges `{topic}`, which it does not record",
+                    context.span(*loc, "topic"),
+                    label="in no bag",
+                    notes=(Note(context.span("experiments", name, "record"), "what is recorded"),),
+                    help=(f'add "{topic}" to `record`',),
+                )
+            elif moves is not None and types and types.isdisjoint(WITH_POSES):
+                yield Diagnostic(
+                    "EXP002",
+                    f"`{topic}` has no poses: its type is {min(types)}",
+                    context.span(*loc, moves, key=True),
+                    help=(f"name a topic of type {', '.join(WITH_POSES[:-1])} or {WITH_POSES[-1]}",),
+                )
+            elif not types:
+                spaces = context.namespaces.items()
+                known = [f"{space[1:]}/{own}" for robot, space in spaces for own in context.sensors_of(robot)]
+                yield Diagnostic(
+                    "EXP004",
+                    f"nothing in the spec publishes `{topic}`",
+                    context.span(*loc, "topic"),
+                    label="no driver, and no `publishes` of a program",
+                    help=did_you_mean(one.topic, known, "topics")
+                    or ("add it to `publishes` of the program that publishes it",),
+                )
+
+
+@rule("EXP003")
+def varied_parameters(context: RuleContext) -> Iterator[Diagnostic]:
+    """A parameter with values for trials that its program does not have in the spec."""
+    for name, experiment in context.spec.experiments.items():
+        for program, varied in experiment.parameters.items():
+            group, own = context.spec.programs[program].named_values
+            for key in varied.keys() - own.keys():
+                yield Diagnostic(
+                    "EXP003",
+                    f"experiment `{name}` varies `{key}`, which program `{program}` does not have",
+                    context.span("experiments", name, "parameters", program, key, key=True),
+                    notes=(Note(context.span("programs", program, key=True), "the program"),),
+                    help=(
+                        *did_you_mean(key, own, f"its {group}"),
+                        f"or add it to `{group}` of the program, with its value outside of the trials",
+                    ),
                 )

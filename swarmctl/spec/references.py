@@ -37,6 +37,7 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "control.*.of.*": (_ROBOTS,),
     "experiments.*.robots.*": (_ROBOTS,),
     "experiments.*.programs.*": (_PROGRAMS,),
+    f"experiments.*.parameters.{KEY}": (_PROGRAMS,),
     "islands.*.hosts.*": (_HOSTS,),
     "islands.*.leader": (_HOSTS,),
     "islands.*.hub": (_HOSTS,),
@@ -184,6 +185,8 @@ def _values(data: Any, pattern: Sequence[str]) -> list[Any]:
             above, found = found, []
             for one in above:
                 found += one.values() if isinstance(one, dict) else one if isinstance(one, tuple) else ()
+        elif step == KEY:
+            found = [key for one in found if isinstance(one, dict) for key in one]
         else:
             found = [one[step] for one in found if isinstance(one, dict) and step in one]
     return found

@@ -15,9 +15,11 @@ from swarmctl.cli import console, exit_codes, options
 from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
-    from swarmctl.cli.trial import Trial, TrialHosts
+    from swarmctl.cli.trial import Trial
+    from swarmctl.cli.trial_release import Releases
     from swarmctl.spec.experiment_model import Experiment
     from swarmctl.spec.model import Spec
+    from swarmctl.spec.trial_parameters import Values
 
 
 @with_where("parallel", parallel=options.PARALLEL_URGENT)
@@ -25,7 +27,7 @@ def run(
     where: Where,
     name: Annotated[str, typer.Argument(metavar="EXPERIMENT", help="Its name under `experiments`.")],
     trial: Annotated[
-        int, typer.Option(min=0, max=1000, metavar="N", show_default=False, help="Only this trial.")
+        int, typer.Option(min=0, max=1_000_000, metavar="N", show_default=False, help="Only this trial.")
     ] = 0,
     resume: Annotated[
         bool, typer.Option("--resume", help="Only trials that are not completed yet, by their capsules.")
@@ -45,38 +47,34 @@ def run(
     person at a terminal places the robots and presses Enter. Ctrl-C stops them and keeps what was recorded.
     """
     from swarmctl.capsule.signature import sign
-    from swarmctl.cli import ssh_targets, swarm_look, trial_capsule
-    from swarmctl.cli.trial import TrialHosts
+    from swarmctl.cli import swarm_look, trial_capsule
+    from swarmctl.cli.trial_release import Releases
+    from swarmctl.spec.trial_parameters import combinations
 
     if key is not None and not key.is_file():
         console.fail(f"{key} is no file", "--sign takes an SSH key, such as ~/.ssh/id_ed25519")
     wanted = swarm_look.expected(where)
     experiment = _experiment(wanted.document.spec, name)
-    targets = where.targets(wanted.swarm)
-    look = swarm_look.looking_at(
-        wanted, targets, ssh_targets.transport(), window=options.WINDOW, parallel=where.parallel
-    )
-    hosts = TrialHosts(
-        wanted.swarm, experiment, targets, ssh_targets.transport, look,
-        complete=where.complete, parallel=where.parallel,
-    )  # fmt: skip
     place = (folder or Path(f"{wanted.swarm.name}-trials")) / name
-    numbers = [trial] if trial else list(range(1, experiment.trials + 1))
+    varied = combinations(experiment)
+    numbers = [trial] if trial else list(range(1, experiment.trials * len(varied) + 1))
     known = trial_capsule.completed(place) if resume else set[int]()
     done: dict[Path, Trial] = {}
-    for number in (one for one in numbers if one not in known):
-        if done and console.err().is_terminal and sys.stdin.isatty() and not where.in_lab:
-            typer.prompt("place the robots, then press Enter", default="", show_default=False, err=True)
-        own = place / f"{number:03}-{time.strftime('%Y%m%d-%H%M%S')}"
-        done[own] = found = _run(hosts, number, own)
-        trial_capsule.write(own, found, name, wanted, where.spec.files)
-        if key is not None and (unsigned := sign(own, key)):
-            console.show(f"warning: {own} is not signed: {unsigned}", error=True)
-        if not json:
-            cause = f": {found.cause}" if found.cause else ""
-            console.show(f"trial {number}  {found.outcome}{cause}  {own}")
-        if found.outcome == "interrupted":
-            break
+    with Releases(where, wanted) as releases:
+        for number in (one for one in numbers if one not in known):
+            if done and console.err().is_terminal and sys.stdin.isatty() and not where.in_lab:
+                typer.prompt("place the robots, then press Enter", default="", show_default=False, err=True)
+            own = place / f"{number:03}-{time.strftime('%Y%m%d-%H%M%S')}"
+            values = varied[(number - 1) % len(varied)]
+            done[own] = found = _run(releases, values, experiment, number, own)
+            trial_capsule.write(own, found, name, releases)
+            if key is not None and (unsigned := sign(own, key)):
+                console.show(f"warning: {own} is not signed: {unsigned}", error=True)
+            if not json:
+                cause = f": {found.cause}" if found.cause else ""
+                console.show(f"trial {number}  {found.outcome}{cause}  {own}")
+            if found.outcome == "interrupted":
+                break
     if json:
         trials = [
             {"trial": one.number, "outcome": one.outcome, "cause": one.cause, "capsule": str(own)}
@@ -101,12 +99,24 @@ def _experiment(spec: Spec, name: str) -> Experiment:
     return spec.experiments[name]
 
 
-def _run(hosts: TrialHosts, number: int, folder: Path) -> Trial:
-    from swarmctl.cli.trial import TrialError
+def _run(releases: Releases, values: Values, experiment: Experiment, number: int, folder: Path) -> Trial:
+    from swarmctl.cli import ssh_targets, swarm_look
+    from swarmctl.cli.trial import TrialError, TrialHosts
 
-    console.show(f"trial {number}", error=True)
+    with_ = ", ".join(f"{key} {one}" for keys in values.values() for key, one in keys.items())
+    console.show(f"trial {number}" + (f" with {with_}" if with_ else ""), error=True)
     try:
         (folder / "bags").mkdir(parents=True)
+        releases.deploy(values)
+        where, wanted = releases.where, releases.wanted
+        targets = where.targets(wanted.swarm)
+        look = swarm_look.looking_at(
+            wanted, targets, ssh_targets.transport(), window=options.WINDOW, parallel=where.parallel
+        )
+        hosts = TrialHosts(
+            wanted.swarm, experiment, targets, ssh_targets.transport, look,
+            complete=where.complete, parallel=where.parallel,
+        )  # fmt: skip
         return hosts.run(number, folder / "bags")
     except OSError as error:
         console.fail(console.cannot_write(error, folder))

@@ -1,0 +1,89 @@
+"""The release of a trial: the spec's own, or one with other parameters, which is deployed before."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from swarmctl.cli import console, deploy_steps, left_hosts, rollout_output, swarm_look
+from swarmctl.cli.trial import TrialError
+from swarmctl.spec import trial_parameters
+from swarmctl.views.escape import printable
+
+if TYPE_CHECKING:
+    from swarmctl.cli.swarm_look import Expected
+    from swarmctl.cli.where import Where
+    from swarmctl.spec.trial_parameters import Values
+
+
+class Releases:
+    """The releases of an experiment: ``where`` and ``wanted`` are of the one with ``values`` that hosts have.
+
+    When its trials are over, hosts have the spec's own again.
+    """
+
+    def __init__(self, where: Where, own: Expected) -> None:
+        self._own = where, own
+        self._folder = tempfile.TemporaryDirectory(prefix="swarmctl-trial-")
+        self.where, self.wanted = self._own
+        self.values: Values = {}
+
+    def __enter__(self) -> Releases:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.deploy({})
+        except TrialError as failed:
+            again = self.where.command("deploy")
+            console.show(f"hosts still have the parameters of a trial: {failed}; `{again}`", error=True)
+        finally:
+            self._folder.cleanup()
+
+    def deploy(self, values: Values) -> None:
+        """Deploys the spec with these parameters, unless hosts have them already. Raises ``TrialError``."""
+        if values == self.values:
+            return
+        self.values, (self.where, self.wanted) = values, self._own
+        if values:
+            file = Path(self._folder.name, "parameters.yaml")
+            file.write_text(trial_parameters.overlay(values, self.wanted.document.spec), "utf-8")
+            spec = replace(self.where.spec, files=(*self.where.spec.files, file))
+            self.where = replace(self.where, spec=spec)
+            self.wanted = swarm_look.expected(self.where)
+        _deploy(self.where, self.wanted)
+
+
+def _deploy(where: Where, wanted: Expected) -> None:
+    from swarmctl.deploy.deployment import Deployment
+    from swarmctl.deploy.outcome import Rules
+    from swarmctl.plan.robots_in_use import Dependents
+    from swarmctl.plan.waves import order
+    from swarmctl.remote.parallel_hosts import Stop
+    from swarmctl.remote.transport import HostError
+    from swarmctl.render.build_bundle import bundles
+
+    swarm = wanted.swarm
+    made, stop = bundles(swarm), Stop()
+    secrets = where.secrets(made)
+    rules = Rules(optional=[name for name in made if swarm.hosts[name].optional], stop_robots=True)
+    view = deploy_steps.View("deploy", swarm, where, details=False, json=True)
+    with where.transport(secrets=bool(secrets)) as transport:
+        deployment = Deployment(
+            made, where.targets(swarm), transport, rules=rules, parallel=where.parallel, stop=stop,
+            secrets=secrets, host_lists=left_hosts.lists_of(swarm), dependents=Dependents(swarm),
+        )  # fmt: skip
+        found = view.executed(
+            deployment, stop, lambda one: order(one.due, (), (), "all"), dry_run=False, yes=True
+        )
+    if stop.requested:
+        raise KeyboardInterrupt
+    absent = rollout_output.absent(found, swarm.hosts)
+    for host, one in found.items():
+        if isinstance(one, HostError) and host not in absent:
+            raise TrialError(printable(f"{host}: {one.message}"))
