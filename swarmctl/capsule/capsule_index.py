@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isfinite
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
@@ -39,6 +40,16 @@ def _inside(path: str) -> str:
     return path
 
 
+def _plain(value: Any, levels: int = 4) -> Any:
+    """The value of a parameter: numbers and texts, and lists and mappings of these."""
+    if isinstance(value, (list, tuple, dict)) and levels:
+        for one in (*value, *value.values()) if isinstance(value, dict) else value:
+            _plain(one, levels - 1)
+    elif not isinstance(value, (bool, int, float)) or not isfinite(value):
+        _printable(value if isinstance(value, str) else "\n")
+    return value
+
+
 Text = Annotated[str, Field(max_length=LONGEST), AfterValidator(_printable)]
 Word = Annotated[Text, Field(min_length=1, max_length=255)]
 InnerPath = Annotated[Text, AfterValidator(_inside)]
@@ -54,12 +65,20 @@ class Git(Model):
     changed: bool
 
 
+class Clock(Model):
+    """By how much a host's clock was ahead of the operator's, in s, and how wrong that may be."""
+
+    ahead: float = Field(ge=-1e11, le=1e11)
+    error: Seconds
+
+
 class Host(Model):
-    """A host of the trial; ``began``: when it started the programs, by its clock."""
+    """A host of the trial; ``began``: when it started the programs, by its ``clock``."""
 
     address: Text = ""
     release: Text
     began: Moment | None
+    clock: Clock | None = None
 
 
 class Robot(Model):
@@ -105,7 +124,7 @@ class Index(Model):
     seconds: Seconds
     outcome: Literal["completed", "interrupted", "failed"]
     cause: Text
-    parameters: Mapping[Word, Mapping[Text, Any]] = Field(
+    parameters: Mapping[Word, Mapping[Text, Annotated[Any, AfterValidator(_plain)]]] = Field(
         {}, max_length=1000, description="Of programs: those that differ from the spec's own."
     )
     success: bool | None = Field(None, description="Whether it was completed and all of `judged` is met.")

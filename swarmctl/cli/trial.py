@@ -31,6 +31,7 @@ from swarmctl.views.escape import printable
 if TYPE_CHECKING:
     from swarmctl.cli.swarm_look import Looking
     from swarmctl.deploy.robot_stop import RobotStop
+    from swarmctl.deploy.trial_start import Clock
     from swarmctl.health.swarm_health import Look
     from swarmctl.spec.experiment_model import Experiment
     from swarmctl.swarm.resolved import Swarm
@@ -48,12 +49,13 @@ class TrialError(Exception):
 
 @dataclass
 class Trial:
-    """What came of one trial; ``began`` by host, s since 1970 by the hosts' clocks."""
+    """What came of one trial; ``began`` by host, s since 1970 by the hosts' ``clocks``."""
 
     number: int
     before: Look
     after: Look | None = None
     began: dict[str, float] = field(default_factory=dict)
+    clocks: Mapping[str, Clock] = field(default_factory=dict)
     ended: float = 0.0
     stops: list[RobotStop] = field(default_factory=list)
     outcome: str = "completed"
@@ -61,8 +63,9 @@ class Trial:
 
     @property
     def skew(self) -> float | None:
-        """S between the first and the last host's start."""
-        return max(self.began.values()) - min(self.began.values()) if self.began else None
+        """S between the first and the last host's start, as far as their clocks are known."""
+        moments = [moment - self.clocks[host].ahead for host, moment in self.began.items()]
+        return max(moments) - min(moments) if moments else None
 
     def interrupt(self) -> None:
         """Makes it one that a person has ended."""
@@ -208,8 +211,9 @@ class TrialHosts:
         hosts = list(dict.fromkeys((*self._robots, *self._units)))
         targets = {host: self._targets[host] for host in hosts}
         name, transport = self._swarm.name, self._connect()
-        clocks = _answers(trial_start.seen(name, targets, transport, parallel=len(hosts)))
-        at, who = trial_start.instant(clocks, _LEAD), operators.this_one()
+        found = _answers(trial_start.seen(name, targets, transport, parallel=len(hosts)))
+        trial.clocks = {host: one.clock for host, one in found.items()}
+        at, who = trial_start.instant(trial.clocks, _LEAD), operators.this_one()
         wanted = {
             host: trial_verb.Request(
                 name,
@@ -254,7 +258,9 @@ class TrialHosts:
                 continue
             if isinstance(event.outcome, HostError):
                 away = away or _message(event.host, event.outcome)
-            elif gone := [one for one in self._robots[event.host] if one not in event.outcome.released]:
+            elif gone := [
+                one for one in self._robots[event.host] if one not in event.outcome.answer.released
+            ]:
                 if time.monotonic() > end:
                     away = away or f"{event.host}: it did not answer before the end"
                 else:

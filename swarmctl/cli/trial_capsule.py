@@ -63,9 +63,12 @@ def write_spec(folder: Path, texts: Mapping[str, str], files: Sequence[Path]) ->
 
 def _facts(trial: Trial, types: Mapping[str, str]) -> dict[str, Any]:
     hosts = {
-        row.name: {"address": row.address, "release": row.release or "", "began": trial.began.get(row.name)}
+        row.name: {
+            "address": row.address, "release": row.release or "", "began": trial.began.get(row.name),
+            "clock": trial.clocks[row.name]._asdict() if row.name in trial.clocks else None,
+        }
         for row in trial.before.status.hosts
-    }
+    }  # fmt: skip
     robots = {
         one.robot: {
             "host": one.host, "type": types[one.robot],

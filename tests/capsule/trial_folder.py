@@ -29,7 +29,17 @@ ABOUT: dict[str, Any] = {
     "spec": ("spec/swarm.yaml", "spec/night.yaml"),
     "git": {"commit": "5" * 40, "changed": False},
     "skew": 0.0042,
-    "hosts": {"k3-pi": {"address": "10.0.0.2", "release": "daf63a8622f33495", "began": 1_780_000_000.5}},
+    "hosts": {
+        "k3-pi": {
+            "address": "10.0.0.2",
+            "release": "daf63a8622f33495",
+            "began": 1_780_000_000.5,
+            "clock": {"ahead": -0.002, "error": 0.004},
+        }
+    },
+    "parameters": {"wander": {"places": {"start": ["door", "left"]}}},
+    "success": False,
+    "judged": [{"topic": "k3/odom", "condition": "distance", "wanted": 1, "found": 0.4, "met": False}],
     "robots": {
         "k3": {"host": "k3-pi", "type": "khepera3", "state": "standing", "proof": "wheels", "seconds": 0.4}
     },

@@ -33,9 +33,17 @@ def test_each_combination_is_there_once_and_values_alternate() -> None:
     assert combinations(experiment({})) == [{}]
 
 
-TEXTS = st.text(st.characters(codec="ascii", exclude_categories=["C"], exclude_characters="{}"), min_size=1, max_size=20)
-VALUES = st.one_of(st.booleans(), st.integers(-1000, 1000), st.floats(-1e9, 1e9, width=32), TEXTS,
-                   st.sampled_from(["yes", "null", "1e3", "0x10", "~", "on", "1_000", ": ", "# x"]))  # fmt: skip
+TEXTS = st.text(
+    st.characters(codec="ascii", exclude_categories=["C"], exclude_characters="{}"), min_size=1, max_size=20
+)
+ODD = ("yes", "null", "1e3", "0x10", "~", "on", "1_000", ": ", "# x")
+VALUES = st.one_of(
+    st.booleans(),
+    st.integers(-1000, 1000),
+    st.floats(-1e9, 1e9, width=32),
+    TEXTS,
+    st.sampled_from(ODD),
+)
 
 
 @given(speed=VALUES, walls=st.one_of(TEXTS, st.integers(0, 9)))

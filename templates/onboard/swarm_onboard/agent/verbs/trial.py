@@ -6,7 +6,9 @@ import time
 from contextlib import contextmanager
 
 from swarm_onboard.agent import (
+    bags,
     boot,
+    disk,
     lease,
     lock,
     recovery_unit,
@@ -30,6 +32,7 @@ _LONGEST = 1e6  # s
 _GRACE = 1.0  # s for the operator to stop the robots
 _LAST = 0.05  # s before the instant: from here on nobody is waited for
 _LOOK, _FINE = 0.25, 0.0003  # s
+_ANSWERS_WITHIN = 0.2  # s
 _LATER = "start the trial again, with more time before its start"
 _AGAIN = "`swarmctl stop SPEC` stops all robots; then start the trial again"
 
@@ -54,7 +57,8 @@ class Answer(NamedTuple):
     """``clock``: that of the host, in s since 1970, when it had the request.
 
     ``began``: when the latches of the robots ``released`` were open; ``restarted``: units. Where nothing is
-    started, ``released`` are the robots of the trial that goes on which nobody has stopped.
+    started, ``released`` are the robots of the trial that goes on which nobody has stopped; ``free`` are
+    bytes where bags are recorded, and ``batteries`` how full those are that a driver or a gate knows, 0 to 1.
     """
 
     deployed: bool
@@ -62,6 +66,8 @@ class Answer(NamedTuple):
     began: float
     released: list[str]
     restarted: list[str]
+    free: int
+    batteries: dict[str, float]
 
 
 def handle(request: Request, payload: bytes, report: Report) -> Answer:
@@ -73,7 +79,8 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
     home = home_of(request.swarm)
     deployed = home.current() is not None
     if not request.at or not deployed:
-        return Answer(deployed, clock, 0.0, trial_guard.released(home), [])
+        free = disk.free(disk.file_system(bags.folder(home)))
+        return Answer(deployed, clock, 0.0, trial_guard.released(home), [], free, _batteries(home))
     with lease.held_for(home, request):
         latched = _checked(home, request)
         with _stopped(request.units, request.at):
@@ -87,7 +94,14 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
             released = stop_latches.release(home, request.robots, synced=False)
             began = time.time()
             robot_motion.wake(home, released)
-    return Answer(True, clock, began, released, request.units)
+    return Answer(True, clock, began, released, request.units, 0, {})
+
+
+def _batteries(home: Home) -> dict[str, float]:
+    sockets = robot_motion.sockets(home)
+    answers = robot_motion.ask(sockets, _ANSWERS_WITHIN, lambda found: len(found) == len(sockets))
+    shares = {robot: answer.get("battery") for robot, answer in answers.items()}
+    return {robot: share for robot, share in shares.items() if isinstance(share, float)}
 
 
 def _checked(home: Home, request: Request) -> dict[str, int]:
