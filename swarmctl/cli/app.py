@@ -251,6 +251,12 @@ _DRIVE = (
         example="restart swarm.yaml k3",
     ),
     Verb(
+        "ready",
+        "Show whether a trial can begin: hosts, clocks, disks, batteries, drivers, topics.",
+        UNHEALTHY,
+        example="ready swarm.yaml circles",
+    ),
+    Verb(
         "run",
         "Run the trials of an experiment, each kept as a capsule.",
         HOSTS_FAILED,

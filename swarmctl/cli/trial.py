@@ -15,7 +15,7 @@ from swarm_onboard.agent import robot_motion
 from swarm_onboard.agent.verbs import recording as recording_verb
 from swarm_onboard.agent.verbs import trial as trial_verb
 
-from swarmctl.cli import console
+from swarmctl.cli import console, readiness_look
 from swarmctl.cli.recording_hosts import RecordingHosts
 from swarmctl.deploy import robot_stop, trial_start
 from swarmctl.health import trial_troubles
@@ -139,9 +139,12 @@ class TrialHosts:
     def _ready(self, number: int) -> Trial:
         """Returns the trial once its robots stand, the swarm is healthy and no host has older bags."""
         self._targets, self._robots = self._all
-        stops, before = list(self._stop()), self._look()
-        for trouble in trial_troubles.before_it(before, self._experiment.programs):
-            raise TrialError(printable(trouble))
+        stops = list(self._stop())
+        before, items = readiness_look.look(
+            self._swarm, self._experiment, self._look, self._targets, self._connect()
+        )
+        if missing := next((one for one in items if not one.go), None):
+            raise TrialError(printable(f"{missing.what}: {missing.text}"))
         away = {row.name for row in before.status.hosts if not row.reachable}  # optional ones: it is healthy
         for one in stops:
             if not _stood(one) and one.host not in away:

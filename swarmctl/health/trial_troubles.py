@@ -1,4 +1,4 @@
-"""Why a trial cannot begin, and what broke in one, by a look at the swarm before and after it. Pure."""
+"""What broke in a trial, by a look at the swarm before and after it. Pure."""
 
 from __future__ import annotations
 
@@ -6,18 +6,6 @@ from collections.abc import Collection, Iterator
 
 from swarmctl.health.swarm_health import Look, Unit
 from swarmctl.health.verdict import State
-
-_NEEDED = ("clock", "release")  # warnings elsewhere: a trial is of this spec, and starts at one instant
-
-
-def before_it(look: Look, programs: Collection[str]) -> Iterator[str]:
-    """Yields why a trial that starts ``programs`` cannot begin."""
-    if not look.status.diagnosis.healthy:
-        yield f"the swarm is not healthy: {_cause(look)}"
-    yield from _skipped(look, programs)
-    for finding in look.status.diagnosis.findings:
-        if finding.check in _NEEDED and finding.state not in (State.OK, State.SKIPPED):
-            yield f"{finding.key}: {finding.message}"
 
 
 def in_it(before: Look, after: Look, programs: Collection[str]) -> Iterator[str]:

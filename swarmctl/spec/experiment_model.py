@@ -47,6 +47,20 @@ class Criterion(Model):
             yield ConsistencyError("a criterion needs `reached`, `distance` or `count`")
 
 
+class Ready(Model):
+    """What holds before a trial begins, beside a swarm that is healthy."""
+
+    battery: float | None = Field(
+        None, gt=0, le=1, description="Each battery is at least so full.", examples=[0.4]
+    )
+    clocks: Annotated[float, Unit("s")] | None = Field(
+        None, gt=0, description="The clocks of two hosts differ by so much at most.", examples=[0.05]
+    )
+    free_mb: int | None = Field(
+        None, ge=1, description="MB that are free on each host, where bags are recorded.", examples=[2000]
+    )
+
+
 class Experiment(Model):
     """Trials of a deployed swarm, which ``swarmctl run`` repeats."""
 
@@ -76,4 +90,7 @@ class Experiment(Model):
     )
     success: tuple[Criterion, ...] = Field(
         (), description="A trial succeeds if it is completed and its bags show all of this."
+    )
+    ready: Ready = Field(
+        Ready(), description="What a trial needs to begin.", examples=[{"battery": 0.4, "clocks": 0.05}]
     )

@@ -54,7 +54,7 @@ def run(
     if key is not None and not key.is_file():
         console.fail(f"{key} is no file", "--sign takes an SSH key, such as ~/.ssh/id_ed25519")
     wanted = swarm_look.expected(where)
-    experiment = _experiment(wanted.document.spec, name)
+    experiment = experiment_of(wanted.document.spec, name)
     place = (folder or Path(f"{wanted.swarm.name}-trials")) / name
     varied = combinations(experiment)
     numbers = [trial] if trial else list(range(1, experiment.trials * len(varied) + 1))
@@ -86,7 +86,8 @@ def run(
     raise typer.Exit(_exit({one.outcome for one in done.values()}))
 
 
-def _experiment(spec: Spec, name: str) -> Experiment:
+def experiment_of(spec: Spec, name: str) -> Experiment:
+    """Returns an experiment of a spec; ends the program if there is none of this name."""
     from swarmctl.suggest import did_you_mean
 
     if name not in spec.experiments:

@@ -1,0 +1,113 @@
+"""Whether a trial can begin: what a look at the swarm and the thresholds of `ready` say. Pure."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from swarmctl.health.root_cause import HOST, Finding
+from swarmctl.health.swarm_health import Look
+from swarmctl.health.verdict import State
+from swarmctl.spec.experiment_model import Ready
+
+_HOSTS, _RELEASE, _CLOCKS = "hosts", "release", "clocks"
+_OTHER = "other checks"
+_PARTS = {
+    HOST: _HOSTS, "probed": _HOSTS, "probe": _HOSTS, "systemd": _HOSTS, "release": _RELEASE, "clock": _CLOCKS,
+    "unit": "units", "device": "devices", "driver": "drivers", "gate": "drivers", "robot": "drivers",
+    "program": "programs", "topic": "topics", "publisher": "topics", "subscription": "topics",
+}  # fmt: skip
+_NEEDED = (_RELEASE, _CLOCKS)  # warnings elsewhere: a trial is of this spec, and starts at one instant
+_MB = 1_000_000
+
+
+class Measured(NamedTuple):
+    """What is measured before a trial.
+
+    By host: by how much its clock is ahead of this machine's, and how wrong that may be, s; bytes that are
+    free for bags. By robot with a battery: how full that is, 0 to 1, or None.
+    """
+
+    clocks: Mapping[str, tuple[float, float]]
+    free: Mapping[str, int]
+    batteries: Mapping[str, float | None]
+
+
+class Item(NamedTuple):
+    """A line of the table: what is looked at, whether a trial can begin with it, and why."""
+
+    what: str
+    go: bool
+    text: str
+
+
+def items(look: Look, measured: Measured, wanted: Ready, programs: Collection[str]) -> list[Item]:
+    """Returns what a trial that starts ``programs`` needs, each with a verdict."""
+    found = {one.what: one for one in _of_status(look, programs)}
+    for one in _of_measured(measured, wanted):
+        if one.what not in found or found[one.what].go:
+            found[one.what] = one
+    return list(found.values())
+
+
+def _of_status(look: Look, programs: Collection[str]) -> Iterator[Item]:
+    findings = look.status.diagnosis.findings
+    troubles = {one.key for one in look.status.diagnosis.troubles}
+    wrong: dict[str, str] = {}
+    for cause, symptoms in look.status.causes():
+        part = _PARTS.get(cause.check, _OTHER)
+        if part in _NEEDED or any(one.key in troubles for one in (cause, *symptoms)):
+            wrong.setdefault(part, f"{cause.key}: {cause.message}")
+    for one in findings:
+        if one.check == "program" and one.state is State.SKIPPED and one.program in programs:
+            wrong.setdefault("programs", f"program {one.program} {one.message}")
+    parts: dict[str, list[Finding]] = {}
+    for one in findings:
+        parts.setdefault(_PARTS.get(one.check, _OTHER), []).append(one)
+    for part in dict.fromkeys((*_PARTS.values(), _OTHER)):
+        if part in wrong:
+            yield Item(part, False, wrong[part])
+        elif part in parts:
+            yield Item(part, True, _counted(parts[part]))
+
+
+def _counted(findings: Sequence[Finding]) -> str:
+    count = Counter(one.state for one in findings)
+    others = [f"{count[one]} {one.value}" for one in State if one is not State.OK and count[one]]
+    return ", ".join([f"{count[State.OK]} of {len(findings)}", *others])
+
+
+def _of_measured(measured: Measured, wanted: Ready) -> Iterator[Item]:
+    if len(measured.clocks) > 1:
+        yield _clocks(measured.clocks, wanted.clocks)
+    if measured.free:
+        host = min(measured.free, key=measured.free.__getitem__)
+        free = measured.free[host] / _MB
+        enough = wanted.free_mb is None or free >= wanted.free_mb
+        least = "" if enough else f", less than {wanted.free_mb}"
+        yield Item("disk", enough, f"{free:.0f} MB free on {host}{least}")
+    if measured.batteries:
+        yield _batteries(measured.batteries, wanted.battery)
+
+
+def _clocks(clocks: Mapping[str, tuple[float, float]], most: float | None) -> Item:
+    """Whether clocks are ``most`` s apart; more only where the errors of the measurement leave no doubt."""
+    order = sorted(clocks, key=lambda host: clocks[host][0])
+    (behind, one_error), (ahead, other_error) = clocks[order[0]], clocks[order[-1]]
+    apart, error = ahead - behind, one_error + other_error
+    text = f"{1000 * apart:.0f} ms between {order[0]} and {order[-1]}, give or take {1000 * error:.0f}"
+    if most is None or apart - error <= most:
+        return Item(_CLOCKS, True, text)
+    return Item(_CLOCKS, False, f"{text}, more than {1000 * most:.0f}")
+
+
+def _batteries(batteries: Mapping[str, float | None], least: float | None) -> Item:
+    known = {robot: one for robot, one in batteries.items() if one is not None}
+    unknown = [robot for robot in batteries if robot not in known]
+    shown = [f"{robot} {one:.0%}" for robot, one in sorted(known.items(), key=lambda one: one[1])[:3]]
+    text = ", ".join([*shown, *(f"{robot} not known" for robot in unknown[:3])])
+    if least is None:
+        return Item("batteries", True, text)
+    low = bool(unknown) or any(one < least for one in known.values())
+    return Item("batteries", not low, f"{text}, less than {least:.0%}" if low else text)
