@@ -159,7 +159,9 @@ def test_nothing_else_is_in_it(wheel: Path) -> None:
 #: What an extra brings, and the modules that import it; nothing else may.
 OF_EXTRAS = {
     "distributed": ("remote/dask_cluster.py", "remote/worker.py"),
-    "rosbags": ("ui/bags.py",),
+    "matplotlib": ("views/trajectory_plot.py",),
+    "pandas": ("capsule/frames.py",),
+    "rosbags": ("capsule/bag_reader.py",),
     "starlette": ("ui/server.py",),
     "uvicorn": ("ui/server.py",),
     "websockets": (),

@@ -173,7 +173,7 @@ _LOOK = (
     ),
     Verb(
         "capsule",
-        "Check and list capsules, the folders that trials leave.",
+        "Check, list, compare and export capsules, the folders that trials leave.",
         example="capsule show trials",
     ),
     Verb(

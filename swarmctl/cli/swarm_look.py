@@ -6,10 +6,9 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from swarmctl.cli import console, exit_codes, selected
+from swarmctl.cli import console, selected
 from swarmctl.cli.where import Where
 
 if TYPE_CHECKING:
@@ -93,13 +92,3 @@ def looking_at(
         return Look(wanted.status(outcomes), began, time.monotonic() - clock)
 
     return look
-
-
-def need_prometheus_client(what: str) -> None:
-    """Ends the program if the library is missing that ``what``, a verb or an option, needs."""
-    if find_spec("prometheus_client") is None:
-        console.fail(
-            f"{what} needs prometheus_client, which is not installed",
-            "install it: `pip install 'swarmctl[metrics]'`",
-            code=exit_codes.USAGE,
-        )

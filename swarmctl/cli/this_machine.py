@@ -5,10 +5,9 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Sequence
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from swarmctl.cli import ssh_targets
+from swarmctl.cli import extras, ssh_targets
 
 if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
     from swarmctl.health.verdict import Verdict
     from swarmctl.remote.transport import Target
 
-_EXTRAS = {"ui": ("rosbags", "starlette", "uvicorn", "websockets"), "metrics": ("prometheus_client",)}
 _PATIENCE = 5.0  # s
 
 
@@ -95,7 +93,7 @@ def _program() -> Verdict:
 def _extras() -> Verdict:
     from swarmctl.health.verdict import State, Verdict, ok
 
-    missing = [name for name, needs in _EXTRAS.items() if any(find_spec(one) is None for one in needs)]
+    missing = [name for name in extras.LIBRARIES if extras.missing(name)]
     if not missing:
         return ok("installed")
     names = ", ".join(missing)

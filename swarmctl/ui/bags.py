@@ -8,11 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rosbags.highlevel import AnyReader, AnyReaderError
-from rosbags.typesys import Stores, get_typestore
-
+from swarmctl.capsule.bag_files import bags_in
+from swarmctl.capsule.bag_reader import DamagedBag, opened, planar
 from swarmctl.swarm.topic_island import MotionTopics
-from swarmctl.views.recordings import repair
 
 #: Time, s since 1970; pose in m, m, rad; driven and commanded, each m/s and rad/s; battery, 0 to 1.
 Row = tuple[float, Sequence[float] | None, Sequence[float] | None, Sequence[float] | None, float | None]
@@ -39,11 +37,11 @@ def read(folder: Path, topics: Mapping[str, MotionTopics]) -> Run:
     run = Run()
     values = {topic: _VALUES[role] for one in topics.values() for role, topic in vars(one).items() if topic}
     merged: dict[str, _Samples] = {}
-    for bag in _bags(folder):
+    for bag in bags_in(folder):
         try:
             found = _samples(bag, values)
-        except Exception as error:  # noqa: BLE001  (of a damaged bag, rosbags raises anything)
-            run.troubles.append(f"{bag} is not shown: {_trouble(bag, error)}")
+        except DamagedBag as error:
+            run.troubles.append(f"{bag} is not shown: {error}")
             continue
         for topic, samples in found.items():
             slots = merged.setdefault(topic, {})
@@ -56,27 +54,11 @@ def read(folder: Path, topics: Mapping[str, MotionTopics]) -> Run:
     return run
 
 
-def _bags(folder: Path) -> Iterator[Path]:
-    for one in sorted(folder.iterdir()):
-        if one.name.endswith((".bag", ".mcap", ".active")) or (one / "metadata.yaml").is_file():
-            yield one
-
-
-def _trouble(bag: Path, error: Exception) -> str:
-    """Why a bag cannot be read, and what repairs it."""
-    if bag.suffix == ".active":
-        renaming = f", then name it {bag.stem}" if bag.stem.endswith(".bag") else ""
-        return f"it was not closed. `{repair(bag)}`{renaming}"
-    if bag.suffix == ".bag" and isinstance(error, AnyReaderError) and "index" in str(error):
-        return f"its index is missing or damaged. `rosbag reindex {bag}`"
-    return "it is damaged, or no bag"
-
-
 def _samples(bag: Path, values: Mapping[str, _Values]) -> dict[str, _Samples]:
-    """The samples of a bag by topic; ``values``: how they are read. Raises anything if it is damaged."""
+    """The samples of a bag by topic; ``values``: how they are read. Raises ``DamagedBag``."""
     found: dict[str, _Samples] = {}
     last: dict[str, tuple[int, bytes, str]] = {}  # of each topic, read once its slot is over
-    with AnyReader([bag], default_typestore=get_typestore(Stores.LATEST)) as reader:
+    with opened(bag) as reader:
 
         def keep(topic: str) -> None:
             time, data, kind = last[topic]
@@ -99,9 +81,7 @@ def _time(sample: tuple[int, Any]) -> int:
 
 
 def _odometry(message: Any) -> tuple[Sequence[float] | None, Sequence[float] | None]:
-    place, turn = message.pose.pose.position, message.pose.pose.orientation
-    yaw = math.atan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z))
-    return _numbers(place.x, place.y, yaw), _twist(message.twist.twist)
+    return _numbers(*planar(message.pose.pose)), _twist(message.twist.twist)
 
 
 def _twist(message: Any) -> Sequence[float] | None:

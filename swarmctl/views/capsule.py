@@ -1,16 +1,23 @@
-"""Capsules as text: whether one is intact, and a table of trials. All texts of an index are printable."""
+"""Capsules as text: whether one is intact, and tables of trials.
+
+All texts of an index are printable, but the values of parameters.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timezone
+from typing import Any
 
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
 from swarmctl.capsule.capsule_index import Index
+from swarmctl.capsule.comparison import Compared
 from swarmctl.capsule.completion_rate import Rate
+from swarmctl.views.escape import printable
 
 _COLOURS = {"completed": "green", "interrupted": "yellow", "failed": "red"}
 
@@ -35,6 +42,35 @@ def trials(found: Sequence[Index], rates: Mapping[tuple[str, str], Rate]) -> Gro
             Text(one.cause),
         )  # fmt: skip
     return Group(shown, "", *(Text(f"{swarm} {name}: {rate(one)}") for (swarm, name), one in rates.items()))
+
+
+def comparison(found: Sequence[Compared]) -> Group:
+    """Returns a row per experiment with its parameters, and below how often each cause made trials fail."""
+    shown = Table(box=None, pad_edge=False, header_style="bold")
+    for title in ("SWARM", "EXPERIMENT", "PARAMETERS"):
+        shown.add_column(title, overflow="fold")
+    for title in ("TRIALS", "COMPLETED", "SUCCESS", "95 % INTERVAL", "MEDIAN s"):
+        shown.add_column(title, justify="right")
+    causes = []
+    for one in found:
+        name, parameters = one.experiment, _parameters(one.parameters)
+        low, high = (round(100 * end) for end in one.interval())
+        shown.add_row(
+            one.swarm, name, parameters, str(one.trials), str(one.completed),
+            f"{round(100 * one.succeeded / one.trials)} %", f"{low}-{high} %", f"{one.seconds:.1f}",
+        )  # fmt: skip
+        group = " ".join(filter(None, (one.swarm, name, parameters)))
+        causes += [Text(f"{group}: {number} x {cause}") for cause, number in one.causes.items()]
+    return Group(shown, *([""] if causes else []), *causes)
+
+
+def _parameters(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    values = (
+        (f"{program}.{name}", one) for program, inner in parameters.items() for name, one in inner.items()
+    )
+    return " ".join(
+        f"{name}={printable(one if isinstance(one, str) else json.dumps(one))}" for name, one in values
+    )
 
 
 def rate(found: Rate) -> str:

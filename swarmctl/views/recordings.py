@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from swarmctl.capsule.bag_files import repair
 from swarmctl.remote.host_recordings import Fetched
 from swarmctl.views.escape import printable
 
@@ -21,13 +22,6 @@ _ENDINGS = {
 def size(count: int) -> str:
     """Returns a number of bytes in MB."""
     return f"{count / 1e6:.1f} MB"
-
-
-def repair(bag: Path) -> str:
-    """Returns the command that repairs a bag whose name ends with ``.active``, as it was not closed."""
-    return (
-        f"mcap recover {bag} -o {bag.with_suffix('')}" if ".mcap" in bag.suffixes else f"rosbag reindex {bag}"
-    )
 
 
 def lines(found: Fetched) -> Iterator[str]:

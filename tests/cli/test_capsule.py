@@ -1,13 +1,16 @@
-"""``swarmctl capsule``: what is intact, what is not, and how many trials were completed."""
+"""``swarmctl capsule``: what is intact, what is not, how many trials succeed, and what their bags show."""
 
 from __future__ import annotations
 
+import csv
 import json
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import jsonschema
 import pytest
@@ -18,6 +21,8 @@ from swarmctl.capsule.signature import sign, signer
 from swarmctl.cli import exit_codes
 from tests.capsule.trial_folder import ABOUT, filled
 from tests.in_process import swarmctl
+from tests.ui.bag_files import BEGAN, odometry
+from tests.ui.bag_files import write as write_bag
 
 GOLDEN = Path(__file__).parent / "golden/capsule"
 
@@ -119,3 +124,137 @@ def test_the_schema_fits_an_index(trials: Path) -> None:
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(index | {"outcome": "great"}, schema)
     assert swarmctl("schema", "capsule", "--markdown").returncode == exit_codes.USAGE
+
+
+@pytest.fixture
+def driven(tmp_path: Path) -> Path:
+    """Trials with two speeds, whose bags have the odometry of two robots, in a folder of a folder."""
+    reached = {"topic": "k3/odom", "condition": "reached", "wanted": 0.1, "found": 0.02, "met": True}
+    missed = reached | {"found": 0.5, "met": False}
+    for number, (speed, changes) in enumerate(
+        (
+            (0.1, {"success": True, "judged": [reached]}),
+            (0.1, {"success": False, "judged": [missed]}),
+            (0.2, {"success": False, "outcome": "failed", "cause": "k3 lost its commander: \x1b[2J"}),
+            (0.2, {"success": False, "outcome": "failed", "cause": "k3 lost its commander: \x1b[2J"}),
+            (0.2, {"success": True, "judged": [reached]}),
+        )
+    ):
+        began = BEGAN + 100 * number
+        moments = {"trial": number, "began": began, "ended": began + 60 + number}
+        folder = filled(tmp_path / f"trials/circle-{number}")
+        (folder / "bags/k3-pi_0.bag").unlink()
+        recorded = [
+            (100.0 * number + at, *odometry(speed * at, float(index), speed=speed, robot=robot))
+            for at in (0.5, 1.0, 1.5)
+            for index, robot in enumerate(("k3", "_$k4$"))
+        ]
+        write_bag(folder / "bags/k3-pi_0.bag", recorded)
+        write(
+            folder, ABOUT | moments | changes | {"parameters": {"wander": {"speed": speed, "name": "\x1b"}}}
+        )
+    return tmp_path
+
+
+def test_trials_are_compared_by_parameters(driven: Path, golden: Callable[[Path, str], None]) -> None:
+    ran = capsule(driven, "compare", ".")
+    assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
+    golden(GOLDEN / "compared.txt", ran.stdout)
+    document = json.loads(capsule(driven, "compare", "trials", "--json").stdout)
+    slow, fast = document["experiments"]
+    assert (slow["trials"], slow["completed"], slow["succeeded"], slow["seconds"]) == (2, 2, 1, 60.5)
+    assert (fast["trials"], fast["completed"], fast["succeeded"], fast["seconds"]) == (3, 1, 1, 63.0)
+    assert slow["causes"] == {"k3/odom: reached is not met": 1}
+    assert fast["interval"] == pytest.approx([0.0615, 0.7923], abs=1e-4)
+    assert document["errors"] == {}
+
+
+def test_the_drawing_has_all_robots_and_trials(driven: Path) -> None:
+    ran = capsule(driven, "compare", "trials", "--plot", "moved.svg", "--json")
+    assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
+    assert len(json.loads(ran.stdout)["experiments"]) == 2
+    text = (driven / "moved.svg").read_text("utf-8")
+    ElementTree.fromstring(text)
+    assert text.count("<!-- /k3/odom -->") == text.count("<!-- /_$k4$/odom -->") == 1
+    assert text.count('id="line2d_') > 2 * 2 * 5
+    assert capsule(driven, "compare", "trials", "--plot", "moved.png").returncode == exit_codes.OK
+    assert (driven / "moved.png").read_bytes().startswith(b"\x89PNG")
+    assert capsule(driven, "compare", "trials", "--plot", "moved.pdf").returncode == exit_codes.USAGE
+
+
+def test_what_cannot_be_drawn_is_an_error(driven: Path) -> None:
+    for folder in (driven / "trials").iterdir():
+        (folder / "bags/k3-pi_0.bag").write_text("no bag")
+    ran = capsule(driven, "compare", "trials", "--plot", "moved.svg")
+    assert ran.returncode == exit_codes.ERROR
+    assert "EXPERIMENT" in ran.stdout
+    assert ran.stderr.count("k3-pi_0.bag is not read: it is damaged, or no bag") == 5
+    assert "no bag has a topic of odometry" in ran.stderr
+    assert not (driven / "moved.svg").exists()
+
+
+def rows(file: Path) -> list[dict[str, str]]:
+    with file.open(encoding="utf-8", newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def test_trials_and_samples_are_exported(driven: Path) -> None:
+    ran = capsule(driven, "export", "trials", "--out", "made/tables")
+    assert (ran.returncode, ran.stdout, ran.stderr) == (exit_codes.OK, "", "")
+    trials = rows(driven / "made/tables/trials.csv")
+    assert [(one["trial"], one["success"], one["wander.speed"]) for one in trials] == [
+        ("0", "True", "0.1"), ("1", "False", "0.1"),
+        ("2", "False", "0.2"), ("3", "False", "0.2"), ("4", "True", "0.2"),
+    ]  # fmt: skip
+    assert [one["k3/odom reached"] for one in trials] == ["0.02", "0.5", "", "", "0.02"]
+    samples = rows(driven / "made/tables/samples.csv")
+    assert len(samples) == 5 * 2 * 3
+    assert samples[-1] == {
+        "folder": "trials/circle-4", "topic": "/k3/odom", "t": "1.5", "x": str(0.2 * 1.5), "y": "0.0",
+        "yaw": "0.0", "speed": "0.2",
+    }  # fmt: skip
+
+
+def test_damage_costs_its_bag_or_trial_alone(driven: Path) -> None:
+    (driven / "trials/circle-0" / INDEX).write_text("{")
+    (driven / "trials/circle-1/bags/k3-pi_1.bag").write_text("no bag")
+    ran = capsule(driven, "export", "trials", "--out", "tables")
+    assert ran.returncode == exit_codes.ERROR
+    assert "error: trials/circle-0/index.json is not an index: Invalid JSON" in ran.stderr
+    assert "error: trials/circle-1/bags/k3-pi_1.bag is not read: it is damaged, or no bag" in ran.stderr
+    assert (len(rows(driven / "tables/trials.csv")), len(rows(driven / "tables/samples.csv"))) == (4, 24)
+    compared = capsule(driven, "compare", "trials", "--json")
+    assert compared.returncode == exit_codes.ERROR
+    assert list(json.loads(compared.stdout)["errors"]) == ["trials/circle-0"]
+
+
+def test_a_place_that_cannot_be_written_is_an_error(driven: Path) -> None:
+    (driven / "file").touch()
+    for words in (["export", "trials", "--out", "file"], ["compare", "trials", "--plot", "file/a.svg"]):
+        ran = capsule(driven, *words)
+        assert ran.returncode == exit_codes.ERROR
+        assert "error: cannot write file" in ran.stderr
+
+
+@pytest.mark.parametrize("library", ["pandas", "rosbags", "matplotlib"])
+def test_a_missing_library_is_named(driven: Path, library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    needs = {"pandas": ["export"], "matplotlib": ["compare"]}.get(library, ["export", "compare"])
+    for verb in needs:
+        more = ["--out", "tables"] if verb == "export" else ["--plot", "a.svg"]
+        ran = capsule(driven, verb, "trials", *more)
+        assert ran.returncode == exit_codes.USAGE
+        assert f"needs {library}, which is not installed" in ran.stderr
+        assert "pip install 'swarmctl[experiments]'" in ran.stderr
+    assert capsule(driven, "compare", "trials").returncode == exit_codes.OK
+
+
+def test_a_table_needs_no_library_of_an_extra(driven: Path) -> None:
+    code = """
+import sys
+from swarmctl.cli.app import run
+run(["capsule", "compare", "trials"])
+run(["--help"])
+assert not {"matplotlib", "numpy", "pandas", "rosbags"} & set(sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", code], cwd=driven, check=True, stdout=subprocess.DEVNULL)

@@ -67,6 +67,8 @@ NONE = {
     "lab shell": "prints what the command prints",
     "lab scenario": "ends with its result",
     "emulate": "goes on until Ctrl-C",
+    "capsule compare": "is for reading",
+    "capsule export": "writes data for other programs",
     "capsule show": "is for reading",
     "capsule verify": "ends with its result",
     "remove": "is the last of its commands; only hosts that failed have a next one",

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import pytest
 
-from swarmctl.cli import exit_codes
+from swarmctl.cli import exit_codes, extras
 from swarmctl.cli.app import run
 from swarmctl.cli.verbs import ui
 from swarmctl.remote.transport import HostError, Kind
@@ -26,7 +26,7 @@ def test_a_missing_library_is_named(
     def find_spec(name: str) -> object:
         return None if name == "uvicorn" else importlib.util.find_spec(name)
 
-    monkeypatch.setattr(ui, "find_spec", find_spec)
+    monkeypatch.setattr(extras, "find_spec", find_spec)
     assert run(["ui", str(leader_spec)]) == exit_codes.USAGE
     assert "pip install 'swarmctl[ui]'" in capsys.readouterr().err
 

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options, swarm_look
+from swarmctl.cli import console, exit_codes, extras, options, swarm_look
 from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def exporter(
 
     A scrape gets the last look at the hosts, and waits for none of them.
     """
-    swarm_look.need_prometheus_client("exporter")
+    extras.need("exporter", "metrics")
     from swarmctl.views.status_metrics import LastLook
 
     last = LastLook()

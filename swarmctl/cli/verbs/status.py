@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, options, swarm_look
+from swarmctl.cli import console, exit_codes, extras, next_command, options, swarm_look
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.cli.where import Where, with_where
 
@@ -71,7 +71,7 @@ def status(
         usage = f"--watch and {'--wait' if wait else '--junit'} exclude each other"
         console.fail(usage, "--watch repeats until Ctrl-C", code=exit_codes.USAGE)
     if metrics is not None:
-        swarm_look.need_prometheus_client("--metrics")
+        extras.need("--metrics", "metrics")
     if archive is not None:
         if watch or wait or where.limit or where.executor or where.in_lab:
             usage = (

@@ -8,13 +8,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options, swarm_look
+from swarmctl.cli import console, exit_codes, extras, options, swarm_look
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.cli.where import Where, with_where
 
@@ -45,13 +44,9 @@ def ui(
 
     Only this machine reaches the page, by the URL that is printed. Hosts are looked at while a page is open.
     """
-    needed = ("starlette", "uvicorn", "websockets", *(["rosbags"] if bags else []))
-    if any(find_spec(name) is None for name in needed):
-        console.fail(
-            f"this needs {', '.join(needed)}, and one is not installed",
-            "install them: `pip install 'swarmctl[ui]'`",
-            code=exit_codes.USAGE,
-        )
+    extras.need("ui", "ui", "starlette", "uvicorn", "websockets")
+    if bags is not None:
+        extras.need("--bags", "ui", "rosbags")
     if (archive or bags) and (control or where.in_lab):
         shown = "--from shows what is in the archive" if archive else "--bags shows what is in the bags"
         console.fail(f"{shown}, and connects to no host", code=exit_codes.USAGE)

@@ -1,0 +1,106 @@
+"""The topics of the bags of a trial: their number of messages, and their poses, at full rate."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from swarmctl.capsule.bag_files import bags_in, recorder
+from swarmctl.capsule.bag_reader import DamagedBag, opened, planar
+from swarmctl.capsule.capsule_index import LONGEST
+from swarmctl.capsule.trajectory import RecordedTopic, Sample
+from swarmctl.remote.answer_check import printable
+from swarmctl.swarm.topic_island import full_name
+
+_FARTHEST = 1e9  # m: no robot is there
+_ODOMETRY = "nav_msgs/msg/Odometry"
+
+#: How a message of each type with a pose is read: x, y, yaw, as ``planar`` has them.
+_POSES: dict[str, Callable[[Any], tuple[float, float, float]]] = {
+    _ODOMETRY: lambda message: planar(message.pose.pose),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": lambda message: planar(message.pose.pose),
+    "geometry_msgs/msg/PoseStamped": lambda message: planar(message.pose),
+    "geometry_msgs/msg/Pose": planar,
+    "geometry_msgs/msg/Pose2D": lambda message: (message.x, message.y, message.theta),
+}
+
+
+@dataclass
+class RecordedTopics:
+    """Topics by their full names, which are printable; ``troubles``: bags that are not read, and why."""
+
+    topics: dict[str, RecordedTopic] = field(default_factory=dict)
+    troubles: list[str] = field(default_factory=list)
+
+
+def read(folder: Path, wanted: Collection[str] | None = None) -> RecordedTopics:
+    """Returns the topics of these full names, or else all with a pose, of the bags in a folder.
+
+    Of a topic that several hosts recorded, the bags of the one with the most messages count. A folder that
+    does not exist has no bags.
+    """
+    found = RecordedTopics()
+    try:
+        bags = bags_in(folder)
+    except FileNotFoundError:
+        return found
+    except OSError as error:
+        found.troubles.append(f"{_shown(folder)} is not read: {error.strerror}")
+        return found
+    recorded: dict[str, dict[str, RecordedTopic]] = {}
+    for bag in bags:
+        try:
+            topics = _topics(bag, wanted)
+        except DamagedBag as error:
+            found.troubles.append(f"{_shown(bag)} is not read: {error}")
+            continue
+        of_host = recorded.setdefault(recorder(bag), {})
+        for name, topic in topics.items():
+            before = of_host.setdefault(name, RecordedTopic(odometry=topic.odometry))
+            before.messages += topic.messages
+            before.samples += topic.samples
+    for of_host in recorded.values():
+        for name, topic in of_host.items():
+            if name not in found.topics or topic.messages > found.topics[name].messages:
+                found.topics[name] = topic
+    for topic in found.topics.values():
+        topic.samples.sort(key=lambda one: one.t)
+    return found
+
+
+def _topics(bag: Path, wanted: Collection[str] | None) -> dict[str, RecordedTopic]:
+    """Raises ``DamagedBag``."""
+    found: dict[str, RecordedTopic] = {}
+    with opened(bag) as reader:
+        posed = []
+        for connection in reader.connections:
+            name = _name(connection.topic)
+            if name in wanted if wanted is not None else connection.msgtype in _POSES:
+                topic = found.setdefault(name, RecordedTopic(odometry=connection.msgtype == _ODOMETRY))
+                topic.messages += connection.msgcount
+                if connection.msgtype in _POSES:
+                    posed.append(connection)
+        for connection, time, data in reader.messages(posed) if posed else ():
+            message = reader.deserialize(data, connection.msgtype)
+            x, y, yaw = map(float, _POSES[connection.msgtype](message))
+            if abs(x) < _FARTHEST and abs(y) < _FARTHEST and isfinite(yaw):
+                speed = _speed(message) if connection.msgtype == _ODOMETRY else None
+                found[_name(connection.topic)].samples.append(Sample(time / 1e9, x, y, yaw, speed))
+    return found
+
+
+def _speed(message: Any) -> float | None:
+    speed = float(message.twist.twist.linear.x)
+    return speed if isfinite(speed) else None
+
+
+def _name(topic: str) -> str:
+    return printable(full_name(topic).encode(errors="backslashreplace"))[:LONGEST]
+
+
+def _shown(path: Path) -> str:
+    return printable(os.fsencode(path))
