@@ -19,6 +19,7 @@ from swarmctl.capsule.comparison import Compared
 from swarmctl.capsule.completion_rate import Rate
 from swarmctl.views.escape import printable
 
+_LONGEST = 60  # characters of a parameter's value, which may be a whole file
 _COLOURS = {"completed": "green", "interrupted": "yellow", "failed": "red"}
 
 
@@ -69,7 +70,8 @@ def _parameters(parameters: Mapping[str, Mapping[str, Any]]) -> str:
         (f"{program}.{name}", one) for program, inner in parameters.items() for name, one in inner.items()
     )
     return " ".join(
-        f"{name}={printable(one if isinstance(one, str) else json.dumps(one))}" for name, one in values
+        f"{name}={printable(one if isinstance(one, str) else json.dumps(one))[:_LONGEST]}"
+        for name, one in values
     )
 
 

@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from swarmctl.capsule.trajectory import Sample
 
+_LONGEST = 60  # characters of a name
+
 
 def plot(robots: Mapping[str, Sequence[Sequence[Sample]]], form: str) -> bytes:
     """Returns a figure in this format, ``svg`` or ``png``, of trials by the topic of a robot's odometry.
@@ -21,7 +23,7 @@ def plot(robots: Mapping[str, Sequence[Sequence[Sample]]], form: str) -> bytes:
     colours = mpl.colormaps["tab10" if len(robots) <= 10 else "turbo"].resampled(max(10, len(robots)))
     for number, (name, trials) in enumerate(robots.items()):
         # A name is drawn as it is: `$` begins no formula, and no letter is missing in the font.
-        label = name.encode("ascii", "backslashreplace").decode().replace("$", r"\$")
+        label = name.encode("ascii", "backslashreplace").decode()[:_LONGEST].replace("$", r"\$")
         for trial in trials:
             drawn = {"color": colours(number), "linewidth": 1, "label": label}
             path.plot([one.x for one in trial], [one.y for one in trial], **drawn)

@@ -19,7 +19,7 @@ from swarmctl.capsule.capsule_index import INDEX, SIGNATURE
 from swarmctl.capsule.folder import write
 from swarmctl.capsule.signature import sign, signer
 from swarmctl.cli import exit_codes
-from tests.capsule.trial_folder import ABOUT, filled
+from tests.capsule.trial_folder import ABOUT, edit, filled
 from tests.in_process import swarmctl
 from tests.ui.bag_files import BEGAN, odometry
 from tests.ui.bag_files import write as write_bag
@@ -147,12 +147,11 @@ def driven(tmp_path: Path) -> Path:
         recorded = [
             (100.0 * number + at, *odometry(speed * at, float(index), speed=speed, robot=robot))
             for at in (0.5, 1.0, 1.5)
-            for index, robot in enumerate(("k3", "_$k4$"))
+            for index, robot in enumerate(("k3", "_$^$"))
         ]
         write_bag(folder / "bags/k3-pi_0.bag", recorded)
-        write(
-            folder, ABOUT | moments | changes | {"parameters": {"wander": {"speed": speed, "name": "\x1b"}}}
-        )
+        write(folder, ABOUT | moments | changes | {"parameters": {"wander": {"speed": speed}}})
+        edit(folder, lambda index: index["parameters"]["wander"].update(name="\x1b"))
     return tmp_path
 
 
@@ -175,7 +174,7 @@ def test_the_drawing_has_all_robots_and_trials(driven: Path) -> None:
     assert len(json.loads(ran.stdout)["experiments"]) == 2
     text = (driven / "moved.svg").read_text("utf-8")
     ElementTree.fromstring(text)
-    assert text.count("<!-- /k3/odom -->") == text.count("<!-- /_$k4$/odom -->") == 1
+    assert text.count("<!-- /k3/odom -->") == text.count("<!-- /_$^$/odom -->") == 1
     assert text.count('id="line2d_') > 2 * 2 * 5
     assert capsule(driven, "compare", "trials", "--plot", "moved.png").returncode == exit_codes.OK
     assert (driven / "moved.png").read_bytes().startswith(b"\x89PNG")

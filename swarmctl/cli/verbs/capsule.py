@@ -159,7 +159,7 @@ def export(
     except OSError as error:
         console.fail(console.cannot_write(error, out), "choose another --out")
     for name, table in tables.items():
-        file_writes.replace(out / f"{name}.csv", table.to_csv(index=False).encode())
+        file_writes.replace(out / f"{name}.csv", table.to_csv(index=False).encode(errors="backslashreplace"))
     _end(errors, troubles)
 
 
