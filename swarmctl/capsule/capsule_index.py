@@ -95,7 +95,7 @@ class Judged(Model):
     """A condition of `success`, and what the bags show.
 
     ``wanted`` and ``found`` are, for ``reached``, m from the goal: its radius, and the least distance; for
-    ``distance``, m; for ``count``, messages. ``found`` is None if the bags have no message of the topic.
+    ``distance``, m; for ``count``, messages. ``found`` is None if the bags have none of it.
     """
 
     topic: Word

@@ -29,6 +29,7 @@ from swarmctl.views import robot_stop as view
 from swarmctl.views.escape import printable
 
 if TYPE_CHECKING:
+    from swarmctl.capsule.capsule_index import Judged
     from swarmctl.cli.swarm_look import Looking
     from swarmctl.deploy.robot_stop import RobotStop
     from swarmctl.deploy.trial_start import Clock
@@ -60,6 +61,13 @@ class Trial:
     stops: list[RobotStop] = field(default_factory=list)
     outcome: str = "completed"
     cause: str = ""
+    judged: list[Judged] = field(default_factory=list)
+
+    @property
+    def success(self) -> bool | None:
+        """Whether it was completed, and its bags show what was wanted; None if nothing was."""
+        met = all(one.met for one in self.judged)
+        return self.outcome == "completed" and met if self.judged else None
 
     @property
     def skew(self) -> float | None:

@@ -12,11 +12,14 @@ from swarmctl.capsule.capsule_index import CapsuleError
 from swarmctl.capsule.git_state import git_state
 from swarmctl.cli import console
 from swarmctl.remote import operators
+from swarmctl.swarm.topic_island import full_name
 from swarmctl.version import __version__
 
 if TYPE_CHECKING:
+    from swarmctl.capsule.capsule_index import Judged
     from swarmctl.cli.trial import Trial
     from swarmctl.cli.trial_release import Releases
+    from swarmctl.spec.experiment_model import Experiment
 
 
 def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> None:
@@ -46,6 +49,19 @@ def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> No
         console.fail(console.cannot_write(error, folder))
     except CapsuleError as error:
         console.fail(str(error), error.help)
+
+
+def judged(folder: Path, experiment: Experiment) -> list[Judged]:
+    """Returns what the bags of a trial show of its criteria; a bag that cannot be read is named."""
+    from swarmctl.capsule.bag_topics import read
+    from swarmctl.capsule.success import judge
+
+    if not experiment.success:
+        return []
+    found = read(folder / "bags", {full_name(one.topic) for one in experiment.success})
+    for trouble in found.troubles:
+        console.show(f"warning: {trouble}", error=True)
+    return judge(experiment.success, found.topics)
 
 
 def write_spec(folder: Path, texts: Mapping[str, str], files: Sequence[Path]) -> list[str]:
@@ -82,6 +98,8 @@ def _facts(trial: Trial, types: Mapping[str, str]) -> dict[str, Any]:
         "ended": trial.ended,
         "outcome": trial.outcome,
         "cause": trial.cause,
+        "success": trial.success,
+        "judged": trial.judged,
         "swarmctl": __version__,
         "operator": operators.person(operators.this_one()),
         "skew": trial.skew,

@@ -17,14 +17,15 @@ from swarmctl.field_types import (
     SelectedRobot,
     fits_together,
 )
+from swarmctl.spec.program_model import Megabytes
 from swarmctl.units import Unit
 
 
 class Goal(Model):
     """A circle on the ground."""
 
-    x: Annotated[float, Unit("m")] = Field(examples=[1.0])
-    y: Annotated[float, Unit("m")] = Field(examples=[0.0])
+    x: Annotated[float, Unit("m")] = Field(description="Along the x axis of the topic.", examples=[1.0])
+    y: Annotated[float, Unit("m")] = Field(description="Along the y axis of the topic.", examples=[0.0])
     within: Annotated[float, Unit("m")] = Field(0.1, gt=0, description="Its radius.", examples=[0.1])
 
 
@@ -35,7 +36,9 @@ class Criterion(Model):
         description="A recorded topic. Poses of odometry count from where the robot stood at the start.",
         examples=["k3/odom"],
     )
-    reached: Goal | None = Field(None, description="The robot is there at least once.")
+    reached: Goal | None = Field(
+        None, description="The robot is there at least once.", examples=[{"x": 1.0, "y": 0.0}]
+    )
     distance: Annotated[float, Unit("m")] | None = Field(
         None, gt=0, description="It drives at least so far.", examples=[1.0]
     )
@@ -56,8 +59,8 @@ class Ready(Model):
     clocks: Annotated[float, Unit("s")] | None = Field(
         None, gt=0, description="The clocks of two hosts differ by so much at most.", examples=[0.05]
     )
-    free_mb: int | None = Field(
-        None, ge=1, description="MB that are free on each host, where bags are recorded.", examples=[2000]
+    free_mb: Annotated[Megabytes, Field(ge=1)] | None = Field(
+        None, description="MB that are free on each host, where bags are recorded.", examples=[2000]
     )
 
 
@@ -89,8 +92,12 @@ class Experiment(Model):
         examples=[{"wander": {"speed": [0.1, 0.2], "seed": [1, 2, 3]}}],
     )
     success: tuple[Criterion, ...] = Field(
-        (), description="A trial succeeds if it is completed and its bags show all of this."
+        (),
+        description="A trial succeeds if it is completed and its bags show all of this.",
+        examples=[[{"topic": "k3/odom", "reached": {"x": 1.0, "y": 0.0}}]],
     )
     ready: Ready = Field(
-        Ready(), description="What a trial needs to begin.", examples=[{"battery": 0.4, "clocks": 0.05}]
+        default_factory=Ready,
+        description="What a trial needs to begin.",
+        examples=[{"battery": 0.4, "clocks": 0.05}],
     )

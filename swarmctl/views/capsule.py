@@ -14,7 +14,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from swarmctl.capsule.capsule_index import Index
+from swarmctl.capsule.capsule_index import Index, Judged
 from swarmctl.capsule.comparison import Compared
 from swarmctl.capsule.completion_rate import Rate
 from swarmctl.views.escape import printable
@@ -39,10 +39,16 @@ def trials(found: Sequence[Index], rates: Mapping[tuple[str, str], Rate]) -> Gro
     for one in found:
         shown.add_row(
             one.experiment, str(one.trial), _local(one.began), f"{one.ended - one.began:.1f}",
-            Text(one.outcome, _COLOURS[one.outcome]), "-" if one.skew is None else f"{1000 * one.skew:.1f}",
-            Text(one.cause),
+            Text("succeeded" if one.success else one.outcome, _COLOURS[one.outcome]),
+            "-" if one.skew is None else f"{1000 * one.skew:.1f}", Text(one.cause or unmet(one.judged)),
         )  # fmt: skip
     return Group(shown, "", *(Text(f"{swarm} {name}: {rate(one)}") for (swarm, name), one in rates.items()))
+
+
+def unmet(judged: Sequence[Judged]) -> str:
+    """Returns which conditions are not met, as ``k3/odom: distance is 0.21, not 0.3``; empty if all are."""
+    found = (("unknown" if one.found is None else f"{one.found:.3g}", one) for one in judged if not one.met)
+    return "; ".join(f"{one.topic}: {one.condition} is {what}, not {one.wanted:g}" for what, one in found)
 
 
 def comparison(found: Sequence[Compared]) -> Group:

@@ -28,10 +28,17 @@ RAW = {
 }
 
 
+MORE = {
+    "parameters": {"wander": {"places": {"start": ["door", "left"]}}},
+    "success": False,
+    "judged": [{"topic": "k3/odom", "condition": "distance", "wanted": 1, "found": 0.4, "met": False}],
+}
+
+
 @pytest.fixture(scope="module")
 def index() -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
-        write(filled(Path(folder)), ABOUT)
+        write(filled(Path(folder)), ABOUT | MORE)
         made: dict[str, Any] = json.loads((Path(folder) / INDEX).read_text("utf-8"))
         return made
 

@@ -37,9 +37,6 @@ ABOUT: dict[str, Any] = {
             "clock": {"ahead": -0.002, "error": 0.004},
         }
     },
-    "parameters": {"wander": {"places": {"start": ["door", "left"]}}},
-    "success": False,
-    "judged": [{"topic": "k3/odom", "condition": "distance", "wanted": 1, "found": 0.4, "met": False}],
     "robots": {
         "k3": {"host": "k3-pi", "type": "khepera3", "state": "standing", "proof": "wheels", "seconds": 0.4}
     },

@@ -151,7 +151,7 @@ def driven(tmp_path: Path) -> Path:
         ]
         write_bag(folder / "bags/k3-pi_0.bag", recorded)
         write(folder, ABOUT | moments | changes | {"parameters": {"wander": {"speed": speed}}})
-        edit(folder, lambda index: index["parameters"]["wander"].update(name="\x1b"))
+        edit(folder, lambda index: index["parameters"]["wander"].update(name="a b"))
     return tmp_path
 
 

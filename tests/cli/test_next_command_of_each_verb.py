@@ -52,6 +52,7 @@ NEXT = {
     "stop": ["start k3"],
     "start": ["status"],
     "restart": ["status"],
+    "ready": ["status"],
     "run": ["capsule show newswarm-trials/circles"],
 }
 NONE = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from swarmctl.capsule import folder as capsules
 from swarmctl.cli import exit_codes
 from tests.e2e.bags import forget, messages
+from tests.e2e.experiment import EXAMPLES
 from tests.e2e.lab_swarm import LabSwarm, Note, moves, until
 from tests.timing import PATIENCE
 
@@ -33,6 +35,30 @@ experiments:
     record: ["*/odom"]
 """
 DRIVEN = ("koala", "k3")
+VARIED = f"""
+packages:
+  simple_moves: {{from: {EXAMPLES}/paper-3-central/simple_moves}}
+
+programs:
+  square:
+    host: koala-laptop
+    package: simple_moves
+    executable: square.py
+    params: {{speed: 0.01, side: 1.0}}
+    remap: {{cmd_vel: /k3/cmd_vel}}
+    publishes: [{{topic: /k3/cmd_vel, type: geometry_msgs/Twist, rate: 10.0}}]
+
+experiments:
+  squares:
+    robots: [k3]
+    programs: [square]
+    duration: 6
+    record: [/k3/odom]
+    parameters: {{square: {{speed: [0.02, 0.1]}}}}
+    ready: {{battery: 0.1, clocks: 1.0}}
+    success: [{{topic: k3/odom, distance: 0.2}}]
+  empty: {{duration: 5, ready: {{battery: 1.0}}}}
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -85,6 +111,28 @@ def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, not
         assert json.loads((folder / "status-after.json").read_text("utf-8"))["healthy"]
     verified = swarm.run("capsule", "verify", *(one["capsule"] for one in trials))
     assert verified.status == exit_codes.OK, verified.out
+
+
+def test_each_combination_of_parameters_has_a_trial_that_is_judged(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = swarm.variant("squares", (CONTROL, CONTROL + VARIED))
+    assert swarm.deploy(spec).status == exit_codes.OK
+    ready = swarm.swarmctl("ready", "squares", "--json", spec=spec)
+    assert (ready.status, ready.json()["ready"]) == (exit_codes.OK, True), ready.out
+    refused = swarm.swarmctl("run", "empty", "--out", str(tmp_path), spec=spec)
+    assert refused.status == exit_codes.UNHEALTHY
+    assert re.search(r"trial 1 did not begin: batteries: .*less than 100%", refused.err), refused.err
+    run = swarm.swarmctl("run", "squares", "--out", str(tmp_path), "--json", spec=spec)
+    assert run.status == exit_codes.UNHEALTHY, "one of them is too slow"
+    slow, fast = (capsules.read(Path(one["capsule"])) for one in run.json()["trials"])
+    assert (slow.parameters, fast.parameters) == ({"square": {"speed": 0.02}}, {"square": {"speed": 0.1}})
+    assert (slow.outcome, slow.success, fast.outcome, fast.success) == ("completed", False, "completed", True)
+    for one, least, most in ((slow, 0.05, 0.15), (fast, 0.2, 0.7)):
+        assert least <= (one.judged[0].found or 0) <= most
+        assert all(host.clock is not None for host in one.hosts.values())
+    assert slow.hosts["koala-laptop"].release != fast.hosts["koala-laptop"].release
+    assert swarm.swarmctl("plan", "--detailed-exitcode", spec=spec).status == exit_codes.OK, (
+        "hosts have the spec's own"
+    )
 
 
 def test_robots_stop_when_the_operator_is_gone(swarm: LabSwarm, tmp_path: Path) -> None:

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli import console, exit_codes, extras, options
 from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from swarmctl.cli.trial import Trial
     from swarmctl.cli.trial_release import Releases
     from swarmctl.spec.experiment_model import Experiment
@@ -45,6 +47,7 @@ def run(
 
     Robots start together and stop with proof. The swarm has to be deployed and healthy. Between trials a
     person at a terminal places the robots and presses Enter. Ctrl-C stops them and keeps what was recorded.
+    Exit code 5 if a trial failed, or does not succeed by the criteria of the spec.
     """
     from swarmctl.capsule.signature import sign
     from swarmctl.cli import swarm_look, trial_capsule
@@ -55,6 +58,8 @@ def run(
         console.fail(f"{key} is no file", "--sign takes an SSH key, such as ~/.ssh/id_ed25519")
     wanted = swarm_look.expected(where)
     experiment = experiment_of(wanted.document.spec, name)
+    if experiment.success:
+        extras.need("`success`", "experiments", "rosbags")
     place = (folder or Path(f"{wanted.swarm.name}-trials")) / name
     varied = combinations(experiment)
     numbers = [trial] if trial else list(range(1, experiment.trials * len(varied) + 1))
@@ -67,23 +72,29 @@ def run(
             own = place / f"{number:03}-{time.strftime('%Y%m%d-%H%M%S')}"
             values = varied[(number - 1) % len(varied)]
             done[own] = found = _run(releases, values, experiment, number, own)
+            found.judged = trial_capsule.judged(own, experiment)
             trial_capsule.write(own, found, name, releases)
             if key is not None and (unsigned := sign(own, key)):
                 console.show(f"warning: {own} is not signed: {unsigned}", error=True)
             if not json:
-                cause = f": {found.cause}" if found.cause else ""
-                console.show(f"trial {number}  {found.outcome}{cause}  {own}")
+                console.show(f"trial {number}  {_result(found)}  {own}")
             if found.outcome == "interrupted":
                 break
     if json:
         trials = [
-            {"trial": one.number, "outcome": one.outcome, "cause": one.cause, "capsule": str(own)}
+            {
+                "trial": one.number,
+                "outcome": one.outcome,
+                "cause": one.cause,
+                "success": one.success,
+                "capsule": str(own),
+            }
             for own, one in done.items()
         ]
         console.print_json({"v": 1, "swarm": wanted.swarm.name, "experiment": name, "trials": trials})
     elif done:
         console.show_next(shlex.join(["swarmctl", "capsule", "show", str(place)]))
-    raise typer.Exit(_exit({one.outcome for one in done.values()}))
+    raise typer.Exit(_exit(done.values()))
 
 
 def experiment_of(spec: Spec, name: str) -> Experiment:
@@ -128,7 +139,16 @@ def _run(releases: Releases, values: Values, experiment: Experiment, number: int
         console.fail(f"trial {number} did not begin: {error}", code=exit_codes.UNHEALTHY)
 
 
-def _exit(outcomes: set[str]) -> int:
-    if "interrupted" in outcomes:
+def _result(trial: Trial) -> str:
+    from swarmctl.views.capsule import unmet
+
+    cause = trial.cause or unmet(trial.judged)
+    outcome = "succeeded" if trial.success else trial.outcome
+    return f"{outcome}: {cause}" if cause else outcome
+
+
+def _exit(trials: Collection[Trial]) -> int:
+    if any(one.outcome == "interrupted" for one in trials):
         return exit_codes.INTERRUPTED
-    return exit_codes.UNHEALTHY if "failed" in outcomes else exit_codes.OK
+    failed = any(one.outcome == "failed" or one.success is False for one in trials)
+    return exit_codes.UNHEALTHY if failed else exit_codes.OK
