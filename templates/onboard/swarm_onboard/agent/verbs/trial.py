@@ -101,7 +101,7 @@ def _batteries(home: Home) -> dict[str, float]:
     sockets = robot_motion.sockets(home)
     answers = robot_motion.ask(sockets, _ANSWERS_WITHIN, lambda found: len(found) == len(sockets))
     shares = {robot: answer.get("battery") for robot, answer in answers.items()}
-    return {robot: share for robot, share in shares.items() if isinstance(share, float)}
+    return {robot: float(share) for robot, share in shares.items() if isinstance(share, (int, float))}
 
 
 def _checked(home: Home, request: Request) -> dict[str, int]:
