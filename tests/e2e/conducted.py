@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from swarmctl.capsule import folder as capsules
 from swarmctl.cli import exit_codes
+from tests.e2e import trials
+from tests.e2e.bags import forget
 from tests.e2e.experiment import EXAMPLES, STILL, Experiment, conducted
 from tests.e2e.lab_needs import skip_without_wheels
 from tests.e2e.lab_swarm import LabSwarm, Note, until
@@ -47,6 +51,30 @@ class Conducted:
         assert waits["message"].startswith("waits for the joystick: no message on `joy` ")
         with experiment.gamepad():
             until(lambda: "program joystick" not in experiment.lab.findings(), "it still waits")
+
+    def test_trials_start_with_the_button_held_and_are_kept(
+        self, experiment: Experiment, tmp_path: Path, note: Note
+    ) -> None:
+        spec, place = trials.shortened(experiment), trials.place_of(self.EXAMPLE, tmp_path)
+        try:
+            with experiment.gamepad() as pad:
+                time.sleep(0.2)  # the joystick wants to see the button free first
+                pad.hold(1.0, 0.3)
+                for number in trials.numbers():
+                    capsule = trials.trial(experiment, spec, number, place)
+                    assert capsules.problems(capsule) == ()
+                    index = capsules.read(capsule)
+                    assert {one.state for one in index.robots.values()} == {"stands"}
+                    assert index.robots.keys() >= set(self.FOLLOWERS)
+                    trials.shows_its_start(experiment, capsule)
+                    assert index.success is not False
+                    assert index.skew is not None
+                    assert index.skew < index.seconds
+                    note(f"{self.EXAMPLE}: skew of trial {number}", f"{index.skew * 1e3:.1f} ms", "")
+                    assert experiment.lab.swarmctl("start").status == exit_codes.OK
+        finally:
+            forget(experiment.lab)
+            experiment.lab.swarmctl("start")
 
     def test_the_gamepad_drives_its_robots_and_no_others(
         self, experiment: Experiment, note: Note, promise: Promise
