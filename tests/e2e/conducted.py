@@ -23,6 +23,7 @@ class Conducted:
 
     EXAMPLE: str
     FOLLOWERS: tuple[str, ...]
+    TRIAL = 10  # s; a minute in the example
 
     @pytest.fixture(scope="class")
     @classmethod
@@ -55,7 +56,8 @@ class Conducted:
     def test_trials_start_with_the_button_held_and_are_kept(
         self, experiment: Experiment, tmp_path: Path, note: Note
     ) -> None:
-        spec, place = trials.shortened(experiment), trials.place_of(self.EXAMPLE, tmp_path)
+        spec = trials.shortened(experiment, self.TRIAL)
+        place = trials.place_of(self.EXAMPLE, tmp_path)
         try:
             with experiment.gamepad() as pad:
                 time.sleep(0.2)  # the joystick wants to see the button free first
@@ -66,7 +68,7 @@ class Conducted:
                     index = capsules.read(capsule)
                     assert {one.state for one in index.robots.values()} == {"stands"}
                     assert index.robots.keys() >= set(self.FOLLOWERS)
-                    trials.shows_its_start(experiment, capsule)
+                    trials.shows_its_start(experiment, capsule, self.FOLLOWERS)
                     assert index.success is not False
                     assert index.skew is not None
                     assert index.skew < index.seconds

@@ -115,6 +115,7 @@ class TestCentral(OnMasters):
 
     EXAMPLE = "paper-3-central"
     FOLLOWERS = ("koala", "epuck")
+    TRIAL = 20  # s; the Khepera's program starts with the trial, and is slow
 
     @classmethod
     def prepare(cls, swarm: LabSwarm) -> None:

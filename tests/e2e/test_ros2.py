@@ -111,6 +111,7 @@ class TestCentral(Conducted):
 
     EXAMPLE = "ros2-3-central"
     FOLLOWERS = ("koala", "epuck")
+    TRIAL = 20  # s; the Khepera's program starts with the trial, and is slow
 
     @classmethod
     def prepare(cls, swarm: LabSwarm) -> None:

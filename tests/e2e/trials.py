@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,6 @@ from tests.loading import load_checked
 
 KEPT = ROOT / "build/experiments"
 TRIALS = os.environ.get("SWARM_TRIALS", "")
-SECONDS = 10  # of a trial here; a minute in the examples
 
 Stamped = list[tuple[str, float, Any]]
 
@@ -36,9 +35,9 @@ def place_of(example: str, otherwise: Path) -> Path:
     return KEPT / example if TRIALS else otherwise
 
 
-def shortened(experiment: Experiment) -> Path:
-    """The spec with shorter trials. It needs no deploy."""
-    return experiment.lab.variant("short-trials", ("duration: 60\n", f"duration: {SECONDS}\n"))
+def shortened(experiment: Experiment, seconds: int) -> Path:
+    """The spec with trials of so many seconds. It needs no deploy."""
+    return experiment.lab.variant("short-trials", ("duration: 60\n", f"duration: {seconds}\n"))
 
 
 def declared(spec: Path) -> tuple[str, Declared]:
@@ -79,15 +78,19 @@ def by_topic(capsule: Path) -> Mapping[str, Stamped]:
     return found
 
 
-def shows_its_start(experiment: Experiment, capsule: Path) -> None:
-    """Until its host starts the trial, each robot is commanded in vain; then it drives away."""
+def shows_its_start(experiment: Experiment, capsule: Path, held: Collection[str]) -> None:
+    """Until its host starts the trial, each robot stands; then it drives away.
+
+    Those of ``held`` are commanded in vain before, by the gamepad; a program of the experiment starts anew.
+    """
     index, recorded = capsules.read(capsule), by_topic(capsule)
     for name, robot in index.robots.items():
         began = index.hosts[robot.host].began
         assert began is not None
         command = experiment.spec.command_topics[name].topic
         refused = [one for _, stamp, one in recorded[command] if stamp < began]
-        assert any(one.linear.x or one.angular.z for one in refused), f"{name} is not commanded before"
+        in_vain = any(one.linear.x or one.angular.z for one in refused)
+        assert in_vain or name not in held, f"{name} is not commanded before"
         poses = list(_poses(recorded[f"{experiment.spec.robots[name].namespace}/odom"]))
         before = {pose for stamp, pose in poses if stamp < began}
         assert len(before) == 1, f"{name} moves before the start, or its bag begins later: {before}"
