@@ -13,7 +13,8 @@ import pytest
 
 from swarmctl.capsule import folder as capsules
 from swarmctl.cli import exit_codes
-from tests.e2e.bags import forget, messages
+from swarmctl.lab import lab
+from tests.e2e.bags import FOLDER, forget, messages
 from tests.e2e.experiment import EXAMPLES
 from tests.e2e.lab_swarm import LabSwarm, Note, moves, until
 from tests.timing import PATIENCE
@@ -198,6 +199,40 @@ def test_a_recording_that_ends_makes_a_trial_fail(swarm: LabSwarm, tmp_path: Pat
     (trial,) = json.loads(out)["trials"]
     assert trial["outcome"] == "failed"
     assert trial["cause"].startswith("the recording on k3-pi: ")
+
+
+def test_a_full_disk_makes_a_trial_fail(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 8)
+    swarm.shell("k3-pi", f"sudo mkdir -p {FOLDER} && sudo mount -t tmpfs -o size=64M bags {FOLDER}")
+    try:
+        running = swarm.begin("run", "ahead", "--trial", "1", "--out", str(tmp_path), "--json", spec=spec)
+        until(lambda: drive(swarm), "the trial does not begin")
+        swarm.shell("k3-pi", f"sudo fallocate -l 60M {FOLDER}/filler")
+        out, err = running.communicate(timeout=PATIENCE)
+    finally:
+        swarm.shell("k3-pi", f"sudo umount -l {FOLDER}")
+    assert running.returncode == exit_codes.UNHEALTHY, err
+    (trial,) = json.loads(out)["trials"]
+    assert (trial["outcome"], trial["cause"]) == ("failed", "the recording on k3-pi: ended: disk")
+    assert stand(swarm)
+    index = capsules.read(Path(trial["capsule"]))
+    assert [path for path in index.files if path.startswith("bags/k3-pi")], "what fitted is kept"
+
+
+def test_a_robot_that_is_unplugged_makes_a_trial_fail(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 8)
+    running = swarm.begin("run", "ahead", "--trial", "1", "--out", str(tmp_path), "--json", spec=spec)
+    until(lambda: drive(swarm), "the trial does not begin")
+    lab.unplug(swarm.name, "k3")
+    try:
+        out, err = running.communicate(timeout=PATIENCE)
+    finally:
+        lab.plug(swarm.name, "k3")
+    assert running.returncode == exit_codes.UNHEALTHY, err
+    (trial,) = json.loads(out)["trials"]
+    assert trial["outcome"] == "failed"
+    assert "k3" in trial["cause"]
+    until(lambda: stand(swarm), "a robot drives on")
 
 
 def test_a_host_that_is_cut_off_stops_its_robots(swarm: LabSwarm, tmp_path: Path) -> None:
