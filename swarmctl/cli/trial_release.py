@@ -14,6 +14,7 @@ from swarmctl.spec import trial_parameters
 from swarmctl.views.escape import printable
 
 if TYPE_CHECKING:
+    from swarmctl.capsule.capsule_index import Index
     from swarmctl.cli.swarm_look import Expected
     from swarmctl.cli.where import Where
     from swarmctl.spec.trial_parameters import Values
@@ -22,14 +23,15 @@ if TYPE_CHECKING:
 class Releases:
     """The releases of an experiment: ``where`` and ``wanted`` are of the one with ``values`` that hosts have.
 
-    When its trials are over, hosts have the spec's own again.
+    When its trials are over, hosts have the spec's own again. That of a capsule, with the parameters of its
+    ``index``, is deployed before its trial.
     """
 
-    def __init__(self, where: Where, own: Expected) -> None:
-        self._own = where, own
+    def __init__(self, where: Where, own: Expected, index: Index | None = None) -> None:
+        self._own, self._values = (where, own), index.parameters if index is not None else {}
         self._folder = tempfile.TemporaryDirectory(prefix="swarmctl-trial-")
         self.where, self.wanted = self._own
-        self.values: Values = {}
+        self.values: Values | None = self._values if index is None else None
 
     def __enter__(self) -> Releases:
         return self
@@ -38,7 +40,8 @@ class Releases:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            self.deploy({})
+            if self.values is not None:
+                self.deploy(self._values)
         except TrialError as failed:
             again = self.where.command("deploy")
             console.show(f"hosts still have the parameters of a trial: {failed}; `{again}`", error=True)
@@ -50,16 +53,17 @@ class Releases:
         if values == self.values:
             return
         self.values, (self.where, self.wanted) = values, self._own
-        if values:
+        if values != self._values:
             file = Path(self._folder.name, "parameters.yaml")
             file.write_text(trial_parameters.overlay(values, self.wanted.document.spec), "utf-8")
             spec = replace(self.where.spec, files=(*self.where.spec.files, file))
             self.where = replace(self.where, spec=spec)
             self.wanted = swarm_look.expected(self.where)
-        _deploy(self.where, self.wanted)
+        deploy(self.where, self.wanted)
 
 
-def _deploy(where: Where, wanted: Expected) -> None:
+def deploy(where: Where, wanted: Expected) -> None:
+    """Deploys a spec whose robots stand. Raises ``TrialError``; a stop by a person is a KeyboardInterrupt."""
     from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.outcome import Rules
     from swarmctl.plan.robots_in_use import Dependents

@@ -140,6 +140,12 @@ def test_each_combination_of_parameters_has_a_trial_that_is_judged(swarm: LabSwa
     assert swarm.swarmctl("plan", "--detailed-exitcode", spec=spec).status == exit_codes.OK, (
         "hosts have the spec's own"
     )
+    kept = run.json()["trials"][1]["capsule"]
+    again = swarm.swarmctl("run", "--replay", kept, "--out", str(tmp_path / "again"), "--json", spec=spec)
+    assert again.status == exit_codes.OK, again.err
+    replayed = capsules.read(Path(again.json()["trials"][0]["capsule"]))
+    assert (replayed.trial, replayed.parameters, replayed.success) == (2, fast.parameters, True)
+    assert [one.release for one in replayed.hosts.values()] == [one.release for one in fast.hosts.values()]
 
 
 def test_robots_stop_when_the_operator_is_gone(swarm: LabSwarm, tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,7 +27,10 @@ if TYPE_CHECKING:
 @with_where("parallel", parallel=options.PARALLEL_URGENT)
 def run(
     where: Where,
-    name: Annotated[str, typer.Argument(metavar="EXPERIMENT", help="Its name under `experiments`.")],
+    name: Annotated[
+        str,
+        typer.Argument(metavar="EXPERIMENT", show_default=False, help="Its name under `experiments`."),
+    ] = "",
     trial: Annotated[
         int, typer.Option(min=0, max=1_000_000, metavar="N", show_default=False, help="Only this trial.")
     ] = 0,
@@ -41,6 +44,15 @@ def run(
     key: Annotated[
         Path | None, typer.Option("--sign", metavar="KEY", help="Sign each capsule with this SSH key.")
     ] = None,
+    capsule: Annotated[
+        Path | None,
+        typer.Option(
+            "--replay",
+            metavar="CAPSULE",
+            help="Deploy the spec in this capsule, if that gives the same releases, and run its trial again; "
+            "SPEC is for the pinned keys beside it.",
+        ),
+    ] = None,
     json: options.Json = False,
 ) -> None:
     """Run the trials of an experiment, each kept as a capsule.
@@ -51,21 +63,29 @@ def run(
     """
     from swarmctl.capsule.signature import sign
     from swarmctl.cli import swarm_look, trial_capsule
+    from swarmctl.cli.replay import replayed, require_same
     from swarmctl.cli.trial_release import Releases
     from swarmctl.spec.trial_parameters import combinations
 
     if key is not None and not key.is_file():
         console.fail(f"{key} is no file", "--sign takes an SSH key, such as ~/.ssh/id_ed25519")
-    wanted = swarm_look.expected(where)
-    experiment = experiment_of(wanted.document.spec, name)
-    if experiment.success:
-        extras.need("`success`", "experiments", "rosbags")
-    place = (folder or Path(f"{wanted.swarm.name}-trials")) / name
-    varied = combinations(experiment)
-    numbers = [trial] if trial else list(range(1, experiment.trials * len(varied) + 1))
-    known = trial_capsule.completed(place) if resume else set[int]()
     done: dict[Path, Trial] = {}
-    with Releases(where, wanted) as releases:
+    with ExitStack() as stack:
+        index = None
+        if capsule is not None:
+            where, index = stack.enter_context(replayed(where, capsule))
+        wanted = swarm_look.expected(where)
+        if index is not None:
+            name, trial = index.experiment, index.trial
+            require_same(wanted, index)
+        experiment = experiment_of(wanted.document.spec, name)
+        if experiment.success:
+            extras.need("`success`", "experiments", "rosbags")
+        place = (folder or Path(f"{wanted.swarm.name}-trials")) / name
+        varied = combinations(experiment) if index is None else [index.parameters]
+        numbers = [trial] if trial else list(range(1, experiment.trials * len(varied) + 1))
+        known = trial_capsule.completed(place) if resume else set[int]()
+        releases = stack.enter_context(Releases(where, wanted, index))
         for number in (one for one in numbers if one not in known):
             if done and console.err().is_terminal and sys.stdin.isatty() and not where.in_lab:
                 typer.prompt("place the robots, then press Enter", default="", show_default=False, err=True)
@@ -101,6 +121,9 @@ def experiment_of(spec: Spec, name: str) -> Experiment:
     """Returns an experiment of a spec; ends the program if there is none of this name."""
     from swarmctl.suggest import did_you_mean
 
+    if not name:
+        listed = ", ".join(spec.experiments) or "none; write one under `experiments`"
+        console.fail("missing argument EXPERIMENT", f"the spec has {listed}", code=exit_codes.USAGE)
     if name not in spec.experiments:
         help_ = did_you_mean(name, spec.experiments, "experiments")
         console.fail(
