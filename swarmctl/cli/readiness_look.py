@@ -25,11 +25,12 @@ def look(
     looking: Looking,
     targets: Mapping[str, Target],
     transport: Transport,
+    parallel: int,
 ) -> tuple[Look, list[readiness.Item]]:
     """Returns how the swarm is, and whether a trial of ``experiment`` can begin."""
     with ThreadPoolExecutor(1) as aside:
         measuring = aside.submit(
-            lambda: results_of(trial_start.seen(swarm.name, targets, transport, len(targets)))
+            lambda: results_of(trial_start.seen(swarm.name, targets, transport, parallel))
         )
         before = looking()
         seen = {host: one for host, one in measuring.result().items() if not isinstance(one, HostError)}
@@ -40,5 +41,6 @@ def look(
         {host: (one.clock.ahead, one.clock.error) for host, one in seen.items()},
         {host: one.answer.free for host, one in seen.items()},
         {robot: known.get(robot) for robot in powered},
+        [row.name for row in before.status.hosts if row.reachable and row.name not in seen],
     )
     return before, readiness.items(before, measured, experiment.ready, experiment.programs)

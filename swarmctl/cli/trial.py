@@ -149,7 +149,7 @@ class TrialHosts:
         self._targets, self._robots = self._all
         stops = list(self._stop())
         before, items = readiness_look.look(
-            self._swarm, self._experiment, self._look, self._targets, self._connect()
+            self._swarm, self._experiment, self._look, self._targets, self._connect(), self._parallel
         )
         if missing := next((one for one in items if not one.go), None):
             raise TrialError(printable(f"{missing.what}: {missing.text}"))

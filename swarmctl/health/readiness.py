@@ -26,12 +26,14 @@ class Measured(NamedTuple):
     """What is measured before a trial.
 
     By host: by how much its clock is ahead of this machine's, and how wrong that may be, s; bytes that are
-    free for bags. By robot with a battery: how full that is, 0 to 1, or None.
+    free for bags. By robot with a battery: how full that is, 0 to 1, or None. ``missing``: hosts that were
+    looked at and not measured.
     """
 
     clocks: Mapping[str, tuple[float, float]]
     free: Mapping[str, int]
     batteries: Mapping[str, float | None]
+    missing: Sequence[str] = ()
 
 
 class Item(NamedTuple):
@@ -79,6 +81,8 @@ def _counted(findings: Sequence[Finding]) -> str:
 
 
 def _of_measured(measured: Measured, wanted: Ready) -> Iterator[Item]:
+    if measured.missing and (wanted.clocks is not None or wanted.free_mb is not None):
+        yield Item(_HOSTS, False, f"{measured.missing[0]} shows neither its clock nor its free space")
     if len(measured.clocks) > 1:
         yield _clocks(measured.clocks, wanted.clocks)
     if measured.free:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import prod
 from typing import Annotated
 
 from pydantic import Field
@@ -19,6 +20,8 @@ from swarmctl.field_types import (
 )
 from swarmctl.spec.program_model import Megabytes
 from swarmctl.units import Unit
+
+_MOST_TRIALS = 100_000
 
 
 class Goal(Model):
@@ -86,7 +89,7 @@ class Experiment(Model):
         description="Topics to record, as `swarmctl record` takes them; by default all.",
         examples=[["*/odom", "/tf"]],
     )
-    parameters: dict[ProgramName, dict[str, tuple[Parameter, ...]]] = Field(
+    parameters: dict[ProgramName, dict[str, Annotated[tuple[Parameter, ...], Field(min_length=1)]]] = Field(
         {},
         description="Values of parameters of programs; a trial is run with each combination of them.",
         examples=[{"wander": {"speed": [0.1, 0.2], "seed": [1, 2, 3]}}],
@@ -101,3 +104,13 @@ class Experiment(Model):
         description="What a trial needs to begin.",
         examples=[{"battery": 0.4, "clocks": 0.05}],
     )
+
+    @fits_together
+    def _can_be_run(self) -> Iterator[ConsistencyError]:
+        count = prod(len(values) for keys in self.parameters.values() for values in keys.values())
+        if count * self.trials > _MOST_TRIALS:
+            yield ConsistencyError(
+                f"{count} combinations with {self.trials} trials each are more than {_MOST_TRIALS} trials; "
+                "leave out values",
+                "parameters",
+            )

@@ -56,6 +56,8 @@ CLOCKS = {"hub": (0.0, 0.004), "k3-pi": (0.060, 0.004), "epuck-pi": (-0.010, 0.0
         (Ready(battery=0.4), Measured({}, {}, {"k3": 0.4, "koala": 0.9}), "batteries", True),
         (Ready(battery=0.4), Measured({}, {}, {"k3": None, "koala": 0.9}), "batteries", False),
         (Ready(), Measured({}, {}, {"k3": None, "koala": 0.01}), "batteries", True),
+        (Ready(clocks=0.1), Measured(CLOCKS, {}, {}, ["pi"]), "hosts", False),
+        (Ready(battery=0.1), Measured(CLOCKS, {}, {}, ["pi"]), "hosts", True),
     ],
 )
 def test_thresholds(ready: Ready, measured: Measured, what: str, go: bool) -> None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from swarmctl.spec.experiment_model import Experiment
 from swarmctl.spec.trial_parameters import combinations, overlay
@@ -31,6 +33,12 @@ def test_each_combination_is_there_once_and_values_alternate() -> None:
         for seed in (1, 2)
     ]
     assert combinations(experiment({})) == [{}]
+
+
+@pytest.mark.parametrize("count", [0, 47])
+def test_a_trial_has_values_and_their_number_a_limit(count: int) -> None:
+    with pytest.raises(ValidationError):
+        experiment({"square": dict.fromkeys("abc", tuple(range(count)))})  # 47 to the third: 103 823
 
 
 TEXTS = st.text(

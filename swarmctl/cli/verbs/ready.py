@@ -37,7 +37,7 @@ def ready(
     looking = swarm_look.looking_at(
         wanted, targets, transport, window=options.WINDOW, parallel=where.parallel
     )
-    _, found = readiness_look.look(wanted.swarm, experiment, looking, targets, transport)
+    _, found = readiness_look.look(wanted.swarm, experiment, looking, targets, transport, where.parallel)
     go = all(one.go for one in found)
     if json:
         rows = [one._asdict() for one in found]
