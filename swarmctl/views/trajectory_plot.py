@@ -31,7 +31,7 @@ def plot(robots: Mapping[str, Sequence[Sequence[Sample]]], form: str) -> bytes:
             speed.plot([one[0] for one in driven], [one[1] for one in driven], **drawn)
             label = ""
     path.set(xlabel="x, m", ylabel="y, m", title="Trajectories, from where each robot stood")
-    path.set_aspect("equal", adjustable="datalim")
+    path.set_aspect("equal", adjustable="box")
     speed.set(xlabel="time of the trial, s", ylabel="speed, m/s", title="Speeds")
     figure.legend(*path.get_legend_handles_labels(), loc="outside right upper", ncols=1 + len(robots) // 25)
     made = BytesIO()
