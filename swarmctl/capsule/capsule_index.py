@@ -73,12 +73,18 @@ class Clock(Model):
 
 
 class Host(Model):
-    """A host of the trial; ``began``: when it started the programs, by its ``clock``."""
+    """A host of the trial; ``began``: when it started the programs, by its ``clock``.
+
+    ``platform``: Linux distribution, machine and ROS, such as ``debian-12-x86_64-ros-1.15.15``; ``python``:
+    its version. Both are empty if the host did not answer after the trial.
+    """
 
     address: Text = ""
     release: Text
     began: Moment | None
     clock: Clock | None = None
+    platform: Text = ""
+    python: Text = ""
 
 
 class Robot(Model):

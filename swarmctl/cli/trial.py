@@ -15,9 +15,9 @@ from swarm_onboard.agent import robot_motion
 from swarm_onboard.agent.verbs import recording as recording_verb
 from swarm_onboard.agent.verbs import trial as trial_verb
 
-from swarmctl.cli import console, readiness_look
+from swarmctl.cli import console, readiness_look, trial_logs
 from swarmctl.cli.recording_hosts import RecordingHosts
-from swarmctl.deploy import robot_stop, trial_start
+from swarmctl.deploy import host_systems, robot_stop, trial_start
 from swarmctl.health import trial_troubles
 from swarmctl.remote import operators
 from swarmctl.remote.ask import ask_each
@@ -31,6 +31,7 @@ from swarmctl.views.escape import printable
 if TYPE_CHECKING:
     from swarmctl.capsule.capsule_index import Judged
     from swarmctl.cli.swarm_look import Looking
+    from swarmctl.deploy.host_systems import System
     from swarmctl.deploy.robot_stop import RobotStop
     from swarmctl.deploy.trial_start import Clock
     from swarmctl.health.swarm_health import Look
@@ -58,6 +59,7 @@ class Trial:
     began: dict[str, float] = field(default_factory=dict)
     clocks: Mapping[str, Clock] = field(default_factory=dict)
     ended: float = 0.0
+    systems: Mapping[str, System] = field(default_factory=dict)
     stops: list[RobotStop] = field(default_factory=list)
     outcome: str = "completed"
     cause: str = ""
@@ -74,6 +76,13 @@ class Trial:
         """S between the first and the last host's start, as far as their clocks are known."""
         moments = [moment - self.clocks[host].ahead for host, moment in self.began.items()]
         return max(moments) - min(moments) if moments else None
+
+    @property
+    def earliest(self) -> float:
+        """When the first host may have started, or else the first look: s since 1970, operator's clock."""
+        clocks = {host: self.clocks[host] for host in self.began}
+        moments = [self.began[host] - one.ahead - one.error for host, one in clocks.items()]
+        return min(moments, default=self.before.began)
 
     def interrupt(self) -> None:
         """Makes it one that a person has ended."""
@@ -108,8 +117,8 @@ class TrialHosts:
         units = ((swarm.programs[one].host, names.unit(swarm.name, one)) for one in experiment.programs)
         self._units = _by_host(units)
 
-    def run(self, number: int, bags: Path) -> Trial:
-        """Runs a trial, and moves what it recorded to ``bags``. Raises ``TrialError`` if it cannot begin."""
+    def run(self, number: int, folder: Path) -> Trial:
+        """Runs a trial; ``folder`` gets its bags and logs. Raises ``TrialError`` if it cannot begin."""
         with _signals(signal.default_int_handler, signal.SIGTERM, signal.SIGHUP):
             trial = self._ready(number)
             recording = self._recording()
@@ -132,7 +141,8 @@ class TrialHosts:
                 for trouble in trial_troubles.in_it(trial.before, trial.after, self._experiment.programs):
                     trial.fail(printable(trouble))
                 if self._experiment.record:
-                    self._fetch(recording, bags, trial)
+                    self._fetch(recording, folder / "bags", trial)
+                self._look_back(trial, folder / "logs")
             except (KeyboardInterrupt, typer.Exit):
                 trial.interrupt()
         return trial
@@ -143,6 +153,15 @@ class TrialHosts:
             if host["error"] or host["ended"] in ("disk", "failed", "lost"):
                 why = host["error"]["message"] if host["error"] else f"ended: {host['ended']}"
                 trial.fail(printable(f"the recording on {host['host']}: {why}"))
+
+    def _look_back(self, trial: Trial, logs: Path) -> None:
+        name, parallel = self._swarm.name, self._parallel
+        trial_logs.fetch(
+            name, self._targets, self._connect(), logs,
+            began=trial.earliest, ended=trial.ended, parallel=parallel,
+        )  # fmt: skip
+        known = {row.name: row.release or "" for row in trial.before.status.hosts}
+        trial.systems = host_systems.systems(name, known, self._targets, self._connect(), parallel=parallel)
 
     def _ready(self, number: int) -> Trial:
         """Returns the trial once its robots stand, the swarm is healthy and no host has older bags."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from swarmctl.capsule import folder as capsules
 from swarmctl.capsule.capsule_index import CapsuleError
 from swarmctl.capsule.git_state import git_state
-from swarmctl.cli import console
+from swarmctl.cli import console, trial_spec
 from swarmctl.remote import operators
 from swarmctl.swarm.topic_island import full_name
 from swarmctl.version import __version__
@@ -34,7 +34,7 @@ def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> No
             if look is not None:
                 text = json.dumps(look.status.to_json(), indent=1) + "\n"
                 (folder / f"status-{name}.json").write_text(text, "utf-8")
-        spec = write_spec(folder, wanted.document.texts, files)
+        spec = trial_spec.write(folder, wanted.document, files)
         facts = _facts(trial, {name: one.type_name for name, one in wanted.swarm.robots.items()})
         own = {
             "swarm": wanted.swarm.name,
@@ -64,24 +64,12 @@ def judged(folder: Path, experiment: Experiment) -> list[Judged]:
     return judge(experiment.success, found.topics)
 
 
-def write_spec(folder: Path, texts: Mapping[str, str], files: Sequence[Path]) -> list[str]:
-    """Writes the files of the spec, and the types beside it; returns their places, the spec's own first."""
-    base, places = files[0].resolve().parent, list[str]()
-    for file in dict.fromkeys((*map(str, files), *texts)):
-        path = Path(file).resolve()
-        inside = path.is_relative_to(base)
-        place = Path("spec", path.relative_to(base) if inside else f"{len(places)}-{path.name}")
-        (folder / place).parent.mkdir(parents=True, exist_ok=True)
-        (folder / place).write_text(texts[file], "utf-8")
-        places.append(str(place))
-    return places
-
-
 def _facts(trial: Trial, types: Mapping[str, str]) -> dict[str, Any]:
     hosts = {
         row.name: {
             "address": row.address, "release": row.release or "", "began": trial.began.get(row.name),
             "clock": trial.clocks[row.name]._asdict() if row.name in trial.clocks else None,
+            **(trial.systems[row.name]._asdict() if row.name in trial.systems else {}),
         }
         for row in trial.before.status.hosts
     }  # fmt: skip

@@ -16,8 +16,24 @@ _OF_LEVEL = {"warn": "yellow", "error": "red", "fatal": "bold red"}
 
 def lines(entry: Entry) -> Text:
     """Such as ``21:00:03.120 k3  warn   battery low``, with further lines of the message below."""
+    moment = datetime.fromtimestamp(entry.time, timezone.utc).astimezone()
+    return _lines(entry, moment.strftime("%H:%M:%S.%f")[:-3])
+
+
+def dated(entry: Entry, ahead: float) -> str:
+    """The same with the date, such as ``2026-11-30T20:00:03.120Z k3  warn   battery low``.
+
+    It is in UTC, by a clock that is ``ahead`` of the operator's, in s, and has no time if that shows none.
+    """
+    try:
+        moment = datetime.fromtimestamp(entry.time + ahead, timezone.utc)
+    except (ValueError, OverflowError, OSError):
+        return _lines(entry, "-").plain
+    return _lines(entry, f"{moment:%Y-%m-%dT%H:%M:%S.%f}"[:-3] + "Z").plain
+
+
+def _lines(entry: Entry, when: str) -> Text:
     robot = entry.source.partition("/")[0]
-    when = datetime.fromtimestamp(entry.time, timezone.utc).astimezone().strftime("%H:%M:%S.%f")[:-3]
     first, *rest = (printable(one) for one in entry.message.split("\n"))
     return Text.assemble(
         f"{when} ",

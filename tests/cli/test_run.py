@@ -1,4 +1,4 @@
-"""``swarmctl run``: what it refuses before it connects to a host, and the spec that a capsule keeps."""
+"""``swarmctl run``: what it refuses before it connects to a host, and which trials it resumes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from swarmctl.capsule.folder import write
 from swarmctl.cli import exit_codes
 from swarmctl.cli.trial import TrialHosts
-from swarmctl.cli.trial_capsule import completed, write_spec
+from swarmctl.cli.trial_capsule import completed
 from tests.capsule.trial_folder import ABOUT, filled
 from tests.in_process import swarmctl
 
@@ -44,17 +44,6 @@ def test_a_folder_that_cannot_be_made_is_missed_before_a_robot_moves(
     ran = swarmctl("run", str(spec), "circles", "--out", str(spec))
     assert (ran.returncode, begun) == (exit_codes.ERROR, [])
     assert f"cannot write {spec}" in ran.stderr
-
-
-def test_files_above_the_spec_stay_in_the_capsule(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder, inside = tmp_path / "capsule", tmp_path / "lab/own"
-    inside.mkdir(parents=True)
-    monkeypatch.chdir(inside)
-    texts = {"swarm.yaml": "a", "../field.yaml": "b", str(tmp_path / "field.yaml"): "c", "robots/x.yaml": "d"}
-    files = [Path("swarm.yaml"), Path("../field.yaml"), tmp_path / "field.yaml"]
-    places = write_spec(folder, texts, files)
-    assert places == ["spec/swarm.yaml", "spec/1-field.yaml", "spec/2-field.yaml", "spec/robots/x.yaml"]
-    assert [(folder / one).read_text("utf-8") for one in places] == ["a", "b", "c", "d"]
 
 
 def test_only_completed_trials_are_left_out_of_a_resumed_run(tmp_path: Path) -> None:

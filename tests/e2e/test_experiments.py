@@ -13,10 +13,16 @@ import pytest
 
 from swarmctl.capsule import folder as capsules
 from swarmctl.cli import exit_codes
+<<<<<<< HEAD
 from swarmctl.lab import lab
 from tests.e2e.bags import FOLDER, forget, messages
+=======
+from swarmctl.render.build_bundle import bundles
+from tests.e2e.bags import forget, messages
+>>>>>>> 322fa0e1 (Capsules: logs of the trial, all files of the spec, systems of the hosts)
 from tests.e2e.experiment import EXAMPLES
 from tests.e2e.lab_swarm import LabSwarm, Note, moves, until
+from tests.loading import load_swarm
 from tests.timing import PATIENCE
 
 CONTROL = "  - {by: koala-laptop, of: [koala, k3, epuck]}\n"
@@ -112,6 +118,10 @@ def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, not
         way = [message.pose.pose.position.x for _, _, message in messages(bag, "/k3/odom")]
         assert way[0] < way[-1], "the bag begins before the robot moves, and has its way"
         assert json.loads((folder / "status-after.json").read_text("utf-8"))["healthy"]
+        assert {log.stem for log in folder.glob("logs/*.log")} == set(swarm.hosts)
+        log = (folder / "logs/k3-pi.log").read_text("utf-8")
+        assert [line for line in log.splitlines() if re.match(r"\S+Z k3 +\w+ +\S", line)], "of the driver"
+        assert all(host.python and "-ros-" in host.platform for host in index.hosts.values()), index.hosts
     verified = swarm.run("capsule", "verify", *(one["capsule"] for one in trials))
     assert verified.status == exit_codes.OK, verified.out
 
@@ -133,6 +143,12 @@ def test_each_combination_of_parameters_has_a_trial_that_is_judged(swarm: LabSwa
     slow, fast = (capsules.read(Path(one["capsule"])) for one in run.json()["trials"])
     assert (slow.parameters, fast.parameters) == ({"square": {"speed": 0.02}}, {"square": {"speed": 0.1}})
     assert (slow.outcome, slow.success, fast.outcome, fast.success) == ("completed", False, "completed", True)
+    for one, trial in zip((slow, fast), run.json()["trials"], strict=True):
+        again, _ = load_swarm(*(Path(trial["capsule"], file) for file in one.spec))
+        assert again is not None
+        assert {host: bundle.digest for host, bundle in bundles(again).items()} == {
+            host: seen.release for host, seen in one.hosts.items()
+        }
     for one, least, most in ((slow, 0.05, 0.15), (fast, 0.2, 0.7)):
         assert least <= (one.judged[0].found or 0) <= most
         assert {name for name, host in one.hosts.items() if host.clock} == {"koala-laptop", "k3-pi"}

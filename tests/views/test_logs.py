@@ -24,3 +24,9 @@ def test_the_units_of_a_robot_have_one_colour() -> None:
 
     assert colour("k3") == colour("k3/gate")
     assert len({colour(f"robot-{number}") for number in range(20)}) > 3
+
+
+def test_a_dated_line_is_by_the_clock_of_its_host() -> None:
+    assert logs.dated(entry("k3", "low\tbattery\nagain"), 3600.0) == (
+        "2023-11-14T23:13:20.250Z k3  warn   low battery\n    again"
+    )

@@ -152,7 +152,7 @@ def _run(releases: Releases, values: Values, experiment: Experiment, number: int
             wanted.swarm, experiment, targets, ssh_targets.transport, look,
             complete=where.complete, parallel=where.parallel,
         )  # fmt: skip
-        return hosts.run(number, folder / "bags")
+        return hosts.run(number, folder)
     except OSError as error:
         console.fail(console.cannot_write(error, folder))
     except TrialError as error:
