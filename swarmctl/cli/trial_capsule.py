@@ -27,6 +27,9 @@ def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> No
 
     Ends the program if it cannot be written.
     """
+    from swarmctl.render.build_bundle import bundles
+    from swarmctl.views.sbom import cyclonedx
+
     wanted, files = releases.wanted, releases.where.spec.files
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -34,6 +37,8 @@ def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> No
             if look is not None:
                 text = json.dumps(look.status.to_json(), indent=1) + "\n"
                 (folder / f"status-{name}.json").write_text(text, "utf-8")
+        made = bundles(wanted.swarm)
+        (folder / "sbom.json").write_text(cyclonedx(wanted.swarm, made), "utf-8")
         spec = trial_spec.write(folder, wanted.document, files)
         facts = _facts(trial, {name: one.type_name for name, one in wanted.swarm.robots.items()})
         own = {

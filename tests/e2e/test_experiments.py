@@ -13,13 +13,9 @@ import pytest
 
 from swarmctl.capsule import folder as capsules
 from swarmctl.cli import exit_codes
-<<<<<<< HEAD
 from swarmctl.lab import lab
-from tests.e2e.bags import FOLDER, forget, messages
-=======
 from swarmctl.render.build_bundle import bundles
-from tests.e2e.bags import forget, messages
->>>>>>> 322fa0e1 (Capsules: logs of the trial, all files of the spec, systems of the hosts)
+from tests.e2e.bags import FOLDER, forget, messages
 from tests.e2e.experiment import EXAMPLES
 from tests.e2e.lab_swarm import LabSwarm, Note, moves, until
 from tests.loading import load_swarm
