@@ -59,8 +59,10 @@ power-cuts: $(VENV)/.dev power-tools ## cut the power of a host at every system 
 unsynced: $(VENV)/.dev power-tools ## take away each sync of a host's changes in turn: a power cut must show it (needs root)
 	$(SUDO) $(BIN)/python -m tests.power.unsynced
 
-experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab; SWARM_TRIALS=10 keeps ten trials of each in build/experiments; SWARM_SECURITY=sealed for sealed ones (needs root)
+experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab; SWARM_TRIALS=10 keeps ten trials of each in build/experiments, and draws docs/experiment-*.png; SWARM_SECURITY=sealed for sealed ones (needs root)
 	$(BIN)/pytest $(UNLIMITED) -m lab tests/e2e/test_paper.py tests/e2e/test_ros2.py $(PYTEST_ARGS)
+	@for one in $(if $(SWARM_TRIALS),build/experiments/*); do \
+	  $(BIN)/swarmctl capsule compare $$one --plot docs/experiment-$${one##*/}.png || exit 1; done
 
 motion: $(VENV)/.run ## motion commanded against motion driven, with the papers' formulas; writes docs/motion-quality.md
 	$(BIN)/python benchmarks/motion.py --page docs/motion-quality.md
