@@ -252,7 +252,7 @@ _DRIVE = (
     ),
     Verb(
         "ready",
-        "Show whether a trial can begin: hosts, clocks, disks, batteries, drivers, topics.",
+        "Show whether a trial can begin: hosts, release, clocks, disks, batteries, devices, drivers, topics.",
         UNHEALTHY,
         example="ready swarm.yaml circles",
     ),

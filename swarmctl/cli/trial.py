@@ -130,8 +130,9 @@ class TrialHosts:
                 trial.interrupt()
             except TrialError as error:
                 trial.fail(str(error))
-            with _signals(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-                trial.stops = list(self._stop())
+            finally:  # whatever it is that ends the trial
+                with _signals(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                    trial.stops = list(self._stop())
             trial.ended = time.time()
             for one in trial.stops:
                 if not _stood(one):
