@@ -37,11 +37,13 @@ class RecordedTopics:
     troubles: list[str] = field(default_factory=list)
 
 
-def read(folder: Path, wanted: Collection[str] | None = None) -> RecordedTopics:
+def read(
+    folder: Path, wanted: Collection[str] | None = None, since: Callable[[str], float] = lambda _: 0.0
+) -> RecordedTopics:
     """Returns the topics of these full names, or else all with a pose, of the bags in a folder.
 
-    Of a topic that several hosts recorded, the bags of the one with the most messages count. A folder that
-    does not exist has no bags.
+    ``since`` gives s since 1970 for a host: what its bags have before does not count. Of a topic that several
+    hosts recorded, the bags of the one with the most messages count. A folder that does not exist has none.
     """
     found = RecordedTopics()
     try:
@@ -53,14 +55,15 @@ def read(folder: Path, wanted: Collection[str] | None = None) -> RecordedTopics:
         return found
     recorded: dict[str, dict[str, RecordedTopic]] = {}
     for bag in bags:
+        host = recorder(bag)
         try:
-            topics = _topics(bag, wanted)
+            topics = _topics(bag, wanted, since(host))
         except DamagedBag as error:
             found.troubles.append(f"{_shown(bag)} is not read: {error}")
             continue
-        of_host = recorded.setdefault(recorder(bag), {})
+        of_host = recorded.setdefault(host, {})
         for name, topic in topics.items():
-            before = of_host.setdefault(name, RecordedTopic(odometry=topic.odometry))
+            before = of_host.setdefault(name, RecordedTopic(odometry=topic.odometry, recorder=host))
             before.messages += topic.messages
             before.samples += topic.samples
     for of_host in recorded.values():
@@ -72,24 +75,29 @@ def read(folder: Path, wanted: Collection[str] | None = None) -> RecordedTopics:
     return found
 
 
-def _topics(bag: Path, wanted: Collection[str] | None) -> dict[str, RecordedTopic]:
+def _topics(bag: Path, wanted: Collection[str] | None, since: float) -> dict[str, RecordedTopic]:
     """Raises ``DamagedBag``."""
     found: dict[str, RecordedTopic] = {}
     with opened(bag) as reader:
-        posed = []
-        for connection in reader.connections:
-            name = _name(connection.topic)
-            if name in wanted if wanted is not None else connection.msgtype in _POSES:
-                topic = found.setdefault(name, RecordedTopic(odometry=connection.msgtype == _ODOMETRY))
-                topic.messages += connection.msgcount
-                if connection.msgtype in _POSES:
-                    posed.append(connection)
-        for connection, time, data in reader.messages(posed) if posed else ():
+        chosen = [
+            one
+            for one in reader.connections
+            if (_name(one.topic) in wanted if wanted is not None else one.msgtype in _POSES)
+        ]
+        for one in chosen:
+            found.setdefault(_name(one.topic), RecordedTopic(odometry=one.msgtype == _ODOMETRY))
+        for connection, time, data in reader.messages(chosen) if chosen else ():
+            if time / 1e9 < since:
+                continue
+            topic = found[_name(connection.topic)]
+            topic.messages += 1
+            if connection.msgtype not in _POSES:
+                continue
             message = reader.deserialize(data, connection.msgtype)
             x, y, yaw = map(float, _POSES[connection.msgtype](message))
             if abs(x) < _FARTHEST and abs(y) < _FARTHEST and isfinite(yaw):
                 speed = _speed(message) if connection.msgtype == _ODOMETRY else None
-                found[_name(connection.topic)].samples.append(Sample(time / 1e9, x, y, yaw, speed))
+                topic.samples.append(Sample(time / 1e9, x, y, yaw, speed))
     return found
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import isfinite
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
@@ -16,6 +15,7 @@ INDEX = "index.json"
 SIGNATURE = f"{INDEX}.sig"
 LONGEST = 4096  # characters of a text
 _LONGEST_COMPLAINT = 300  # characters
+_MOST_NUMBER = 1e300
 
 
 class CapsuleError(Exception):
@@ -40,13 +40,18 @@ def _inside(path: str) -> str:
     return path
 
 
-def _plain(value: Any, levels: int = 4) -> Any:
-    """The value of a parameter: numbers and texts, and lists and mappings of these."""
+def plain(value: Any, levels: int = 4) -> Any:
+    """Returns the value of a parameter: numbers and texts, and lists and mappings of these.
+
+    Raises ``ValueError`` for another.
+    """
     if isinstance(value, (list, tuple, dict)) and levels:
         for one in (*value, *value.values()) if isinstance(value, dict) else value:
-            _plain(one, levels - 1)
-    elif not isinstance(value, (bool, int, float)) or not isfinite(value):
-        _printable(value if isinstance(value, str) else "\n")
+            plain(one, levels - 1)
+    elif isinstance(value, str):
+        _printable(value)
+    elif not isinstance(value, (bool, int, float)) or not abs(value) < _MOST_NUMBER:
+        raise ValueError("no number, text or list of these")
     return value
 
 
@@ -119,7 +124,10 @@ class File(Model):
 
 
 class Index(Model):
-    """The whole file. ``seconds`` were wanted; ``skew``: from the first host's start to the last one's."""
+    """The whole file. ``began`` and ``ended`` are of the operator's clock; ``seconds`` were wanted.
+
+    ``skew``: from the first host's start to the last one's.
+    """
 
     v: Literal[1]
     swarm: Word
@@ -130,7 +138,7 @@ class Index(Model):
     seconds: Seconds
     outcome: Literal["completed", "interrupted", "failed"]
     cause: Text
-    parameters: Mapping[Word, Mapping[Text, Annotated[Any, AfterValidator(_plain)]]] = Field(
+    parameters: Mapping[Word, Mapping[Text, Annotated[Any, AfterValidator(plain)]]] = Field(
         {}, max_length=1000, description="Of programs: those that differ from the spec's own."
     )
     success: bool | None = Field(None, description="Whether it was completed and all of `judged` is met.")
@@ -145,6 +153,11 @@ class Index(Model):
     files: Mapping[InnerPath, File] = Field(
         max_length=100_000, description="All others of the folder, by path."
     )
+
+    def start(self, host: str) -> float:
+        """Returns when the trial began by the clock of a host, or else of the operator: s since 1970."""
+        here = self.hosts.get(host)
+        return self.began if here is None or here.began is None else here.began
 
     @model_validator(mode="after")
     def _has_its_spec(self) -> Index:

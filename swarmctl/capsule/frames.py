@@ -45,10 +45,11 @@ def samples(
     """
     rows: list[tuple[Any, ...]] = []
     for folder in _capsules(folders):
-        began, found = read(folder).began, read_topics(folder / "bags")
+        index, found = read(folder), read_topics(folder / "bags")
         for one in found.troubles:
             trouble(one)
         for name, topic in sorted(found.topics.items()):
+            began = index.start(topic.recorder)
             rows += [(str(folder), name, round(one.t - began, 6), *one[1:]) for one in topic.samples]
     return pandas.DataFrame(rows, columns=list(_SAMPLE))
 

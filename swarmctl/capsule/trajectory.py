@@ -24,12 +24,14 @@ class Sample(NamedTuple):
 class RecordedTopic:
     """The number of messages of a topic, and the samples of those with a pose, in the order of time.
 
-    Poses of ``odometry`` count from anywhere: the robot's driver decides where it began.
+    ``recorder``: the host whose bags they are of, with times by its clock. Poses of ``odometry`` count from
+    anywhere: the robot's driver decides where it began.
     """
 
     messages: int = 0
     odometry: bool = False
     samples: list[Sample] = field(default_factory=list)
+    recorder: str = ""
 
     def trajectory(self) -> list[Sample]:
         """Returns the samples, those of odometry as seen from the first of them."""

@@ -35,12 +35,13 @@ def look(
         before = looking()
         seen = {host: one for host, one in measuring.result().items() if not isinstance(one, HostError)}
     known = {robot: share for one in seen.values() for robot, share in one.answer.batteries.items()}
-    robots = experiment.robots or tuple(swarm.robots)
+    answer = {row.name for row in before.status.hosts if row.reachable}
+    robots = [one for one in experiment.robots or swarm.robots if swarm.robots[one].host in answer]
     powered = [one for one, topics in motion_topics(swarm).items() if topics.battery and one in robots]
     measured = readiness.Measured(
         {host: (one.clock.ahead, one.clock.error) for host, one in seen.items()},
         {host: one.answer.free for host, one in seen.items()},
         {robot: known.get(robot) for robot in powered},
-        [row.name for row in before.status.hosts if row.reachable and row.name not in seen],
+        sorted(answer - seen.keys()),
     )
     return before, readiness.items(before, measured, experiment.ready, experiment.programs)

@@ -28,6 +28,7 @@ def replayed(where: Where, capsule: Path) -> Iterator[tuple[Where, Index]]:
     """
     from swarmctl.capsule import folder as capsules
     from swarmctl.capsule.capsule_index import CapsuleError
+    from swarmctl.deploy.secrets import FOLDER
     from swarmctl.remote.known_hosts import path_beside
     from swarmctl.spec.wireguard_keys import path as keys_of
 
@@ -38,16 +39,18 @@ def replayed(where: Where, capsule: Path) -> Iterator[tuple[Where, Index]]:
     if problems:
         console.fail(f"{capsule} has changed: {problems[0]}", "`swarmctl capsule verify` lists all")
     with tempfile.TemporaryDirectory(prefix="swarmctl-replay-") as place:
-        shutil.copytree(capsule / "spec", Path(place, "spec"))
         files = tuple(Path(place, one) for one in index.spec)
-        operators, own = where.spec.first.absolute(), files[0]
-        keys = keys_of(index.swarm)
-        for there, here in (
-            (path_beside(operators), path_beside(own)),
-            (operators.with_name(keys), own.with_name(keys)),
-        ):
-            if there.is_file():
-                shutil.copyfile(there, here)
+        operators, own, keys = where.spec.first.absolute(), files[0], keys_of(index.swarm)
+        pins = path_beside(operators), path_beside(own)
+        try:
+            shutil.copytree(capsule / "spec", Path(place, "spec"))
+            shutil.rmtree(own.with_name(FOLDER), ignore_errors=True)
+            for there, here in (pins, (operators.with_name(keys), own.with_name(keys))):
+                here.unlink(missing_ok=True)
+                if there.is_file():
+                    shutil.copyfile(there, here)
+        except (OSError, ValueError) as error:
+            console.fail(f"{capsule} has no spec that can be read: {error}")
         yield replace(where, spec=SpecFiles(files)), index
 
 
@@ -56,6 +59,8 @@ def require_same(wanted: Expected, index: Index) -> None:
     from swarmctl.render.build_bundle import bundles
 
     made = {host: one.digest for host, one in bundles(wanted.swarm).items()}
+    for host in (host for host, one in index.hosts.items() if not one.release):
+        console.show(f"the capsule does not know the release of {host}: it may be another", error=True)
     hosts = [host for host, one in index.hosts.items() if one.release and made.get(host) != one.release]
     if hosts:
         version = "" if index.swarmctl == __version__ else f", which {index.swarmctl} has made"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Set
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -78,10 +78,9 @@ class Trial:
         return max(moments) - min(moments) if moments else None
 
     @property
-    def earliest(self) -> float:
-        """When the first host may have started, or else the first look: s since 1970, operator's clock."""
-        clocks = {host: self.clocks[host] for host in self.began}
-        moments = [self.began[host] - one.ahead - one.error for host, one in clocks.items()]
+    def start(self) -> float:
+        """When the first host started, or else the first look: s since 1970 by the operator's clock."""
+        moments = [moment - self.clocks[host].ahead for host, moment in self.began.items()]
         return min(moments, default=self.before.began)
 
     def interrupt(self) -> None:
@@ -119,7 +118,7 @@ class TrialHosts:
 
     def run(self, number: int, folder: Path) -> Trial:
         """Runs a trial; ``folder`` gets its bags and logs. Raises ``TrialError`` if it cannot begin."""
-        with _signals(signal.default_int_handler, signal.SIGTERM, signal.SIGHUP):
+        with interruptible():
             trial = self._ready(number)
             recording = self._recording()
             try:
@@ -157,12 +156,20 @@ class TrialHosts:
 
     def _look_back(self, trial: Trial, logs: Path) -> None:
         name, parallel = self._swarm.name, self._parallel
+        error = max((one.error for one in trial.clocks.values()), default=0.0)
         trial_logs.fetch(
             name, self._targets, self._connect(), logs,
-            began=trial.earliest, ended=trial.ended, parallel=parallel,
+            began=trial.start - error, ended=trial.ended, parallel=parallel,
         )  # fmt: skip
         known = {row.name: row.release or "" for row in trial.before.status.hosts}
         trial.systems = host_systems.systems(name, known, self._targets, self._connect(), parallel=parallel)
+
+    def stand(self) -> None:
+        """Stops the robots. Raises ``TrialError`` if one does not stand; optional hosts may be away."""
+        self._targets, self._robots = self._all
+        for one in self._stop():
+            if not _stood(one) and not self._swarm.hosts[one.host].optional:
+                raise TrialError(f"{one.robot} does not stand: {one.trouble}")
 
     def _ready(self, number: int) -> Trial:
         """Returns the trial once its robots stand, the swarm is healthy and no host has older bags."""
@@ -312,6 +319,11 @@ def _by_host(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
 def _stood(one: RobotStop) -> bool:
     """True if the robot stands, or its wheels are not measured."""
     return one.state != "failed" and one.trouble != robot_motion.STILL_TURN
+
+
+def interruptible() -> AbstractContextManager[None]:
+    """Makes SIGTERM and SIGHUP, of a terminal that closes, a KeyboardInterrupt within the block."""
+    return _signals(signal.default_int_handler, signal.SIGTERM, signal.SIGHUP)
 
 
 @contextmanager

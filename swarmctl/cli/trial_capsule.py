@@ -56,14 +56,15 @@ def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> No
         console.fail(str(error), error.help)
 
 
-def judged(folder: Path, experiment: Experiment) -> list[Judged]:
-    """Returns what the bags of a trial show of its criteria; a bag that cannot be read is named."""
+def judged(folder: Path, experiment: Experiment, trial: Trial) -> list[Judged]:
+    """Returns what the bags show of a trial, from its start on; a bag that cannot be read is named."""
     from swarmctl.capsule.bag_topics import read
     from swarmctl.capsule.success import judge
 
     if not experiment.success:
         return []
-    found = read(folder / "bags", {full_name(one.topic) for one in experiment.success})
+    wanted = {full_name(one.topic) for one in experiment.success}
+    found = read(folder / "bags", wanted, lambda host: trial.began.get(host, trial.start))
     for trouble in found.troubles:
         console.show(f"warning: {trouble}", error=True)
     return judge(experiment.success, found.topics)
@@ -87,7 +88,7 @@ def _facts(trial: Trial, types: Mapping[str, str]) -> dict[str, Any]:
     }  # fmt: skip
     return {
         "trial": trial.number,
-        "began": min(trial.began.values(), default=trial.before.began),
+        "began": trial.start,
         "ended": trial.ended,
         "outcome": trial.outcome,
         "cause": trial.cause,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from swarmctl.spec.load import Document
 
 _SPEC = PurePath("spec")
-_PRIVATE_KEY = re.compile(rb"^-----BEGIN [A-Z ]*PRIVATE KEY-----", re.MULTILINE)
+_PRIVATE_KEY = re.compile(rb"-----BEGIN [A-Z ]*PRIVATE KEY-----")
 
 
 def write(folder: Path, document: Document, layers: Sequence[Path]) -> list[str]:
@@ -27,7 +27,11 @@ def write(folder: Path, document: Document, layers: Sequence[Path]) -> list[str]
     """
     places = text_places(layers, document.texts)
     for name, place in places.items():
-        _write(folder / place, document.texts[name].encode(), may_execute=False)
+        content = document.texts[name].encode()
+        if refusal := _refusal(os.path.relpath(place, _SPEC), content):
+            console.show(f"warning: the capsule is without {printable(name)}: {refusal}", error=True)
+            content = f"# not in the capsule: {refusal}\n".encode()
+        _write(folder / place, content, may_execute=False)
     for path, (content, may) in sorted(beside(document, layers[0]).items()):
         if refusal := _refusal(path, content):
             console.show(f"warning: the capsule is without {printable(path)}: {refusal}", error=True)

@@ -97,13 +97,20 @@ def _of_measured(measured: Measured, wanted: Ready) -> Iterator[Item]:
 
 def _clocks(clocks: Mapping[str, tuple[float, float]], most: float | None) -> Item:
     """Whether clocks are ``most`` s apart; more only where the errors of the measurement leave no doubt."""
+    if most is not None:
+        ahead = max(clocks, key=lambda host: clocks[host][0] - clocks[host][1])
+        behind = min(clocks, key=lambda host: sum(clocks[host]))
+        if (clocks[ahead][0] - clocks[ahead][1]) - sum(clocks[behind]) > most:
+            text = f"{_apart(clocks, behind, ahead)}, more than {1000 * most:.0f}"
+            return Item(_CLOCKS, False, text)
     order = sorted(clocks, key=lambda host: clocks[host][0])
-    (behind, one_error), (ahead, other_error) = clocks[order[0]], clocks[order[-1]]
-    apart, error = ahead - behind, one_error + other_error
-    text = f"{1000 * apart:.0f} ms between {order[0]} and {order[-1]}, give or take {1000 * error:.0f}"
-    if most is None or apart - error <= most:
-        return Item(_CLOCKS, True, text)
-    return Item(_CLOCKS, False, f"{text}, more than {1000 * most:.0f}")
+    return Item(_CLOCKS, True, _apart(clocks, order[0], order[-1]))
+
+
+def _apart(clocks: Mapping[str, tuple[float, float]], behind: str, ahead: str) -> str:
+    (one, one_error), (other, other_error) = clocks[behind], clocks[ahead]
+    error = one_error + other_error
+    return f"{1000 * (other - one):.0f} ms between {behind} and {ahead}, give or take {1000 * error:.0f}"
 
 
 def _batteries(batteries: Mapping[str, float | None], least: float | None) -> Item:
@@ -113,5 +120,5 @@ def _batteries(batteries: Mapping[str, float | None], least: float | None) -> It
     text = ", ".join([*shown, *(f"{robot} not known" for robot in unknown[:3])])
     if least is None:
         return Item("batteries", True, text)
-    low = bool(unknown) or any(one < least for one in known.values())
-    return Item("batteries", not low, f"{text}, less than {least:.0%}" if low else text)
+    low = any(one < least for one in known.values())
+    return Item("batteries", not low and not unknown, f"{text}, less than {least:.0%}" if low else text)

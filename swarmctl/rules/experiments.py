@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.suggest import did_you_mean
 from swarmctl.swarm.shipped_programs import INTERACTIVE
+from swarmctl.yamltext.source import Loc
 
 WITH_POSES = (
     "nav_msgs/Odometry",
     "geometry_msgs/PoseStamped",
     "geometry_msgs/PoseWithCovarianceStamped",
     "geometry_msgs/Pose",
+    "geometry_msgs/Pose2D",
 )
 
 
@@ -79,7 +81,8 @@ def varied_parameters(context: RuleContext) -> Iterator[Diagnostic]:
     for name, experiment in context.spec.experiments.items():
         for program, varied in experiment.parameters.items():
             group, own = context.spec.programs[program].named_values
-            for key in varied.keys() - own.keys():
+            yield from _mappings(context, ("experiments", name, "parameters", program), varied)
+            for key in sorted(varied.keys() - own.keys()):
                 yield Diagnostic(
                     "EXP003",
                     f"experiment `{name}` varies `{key}`, which program `{program}` does not have",
@@ -89,4 +92,17 @@ def varied_parameters(context: RuleContext) -> Iterator[Diagnostic]:
                         *did_you_mean(key, own, f"its {group}"),
                         f"or add it to `{group}` of the program, with its value outside of the trials",
                     ),
+                )
+
+
+def _mappings(context: RuleContext, loc: Loc, varied: Mapping[str, Sequence[object]]) -> Iterator[Diagnostic]:
+    for key, values in varied.items():
+        for place, value in enumerate(values):
+            if isinstance(value, Mapping):
+                yield Diagnostic(
+                    "EXP003",
+                    f"a value of `{key}` is a mapping, of which a trial would replace single keys",
+                    context.span(*loc, key, place),
+                    label="not a value of its own",
+                    help=("vary a single parameter, as a number, a text or a list",),
                 )

@@ -32,4 +32,4 @@ def combinations(experiment: Experiment) -> list[Values]:
 def overlay(values: Values, spec: Spec) -> str:
     """Returns the overlay that gives programs of ``spec`` these values, in JSON, which is YAML."""
     programs = {name: {spec.programs[name].named_values[0]: own} for name, own in values.items()}
-    return json.dumps({"programs": programs}, indent=1) + "\n"
+    return json.dumps({"programs": programs}, indent=1, ensure_ascii=False) + "\n"

@@ -60,7 +60,7 @@ def comparison(found: Sequence[Compared]) -> Group:
         shown.add_column(title, justify="right")
     causes = []
     for one in found:
-        name, parameters = one.experiment, _parameters(one.parameters)
+        name, parameters = one.experiment, parameters_text(one.parameters)
         low, high = (round(100 * end) for end in one.interval())
         shown.add_row(
             one.swarm, name, parameters, str(one.trials), str(one.completed),
@@ -71,7 +71,8 @@ def comparison(found: Sequence[Compared]) -> Group:
     return Group(shown, *([""] if causes else []), *causes)
 
 
-def _parameters(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+def parameters_text(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """Returns parameters of programs as ``square.speed=0.1 square.side=0.3``."""
     values = (
         (f"{program}.{name}", one) for program, inner in parameters.items() for name, one in inner.items()
     )

@@ -149,3 +149,13 @@ def test_a_folder_that_is_none_has_no_bags(tmp_path: Path) -> None:
 def test_names_of_topics_are_printable(tmp_path: Path) -> None:
     write(tmp_path / "a.bag", [(0.0, "/k3/\x1b[2Jodom", odometry(1.0)[1])])
     assert list(read(tmp_path).topics) == ["/k3/\\x1b[2Jodom"]
+
+
+def test_what_is_older_than_the_trial_does_not_count(tmp_path: Path) -> None:
+    for host in ("k3-pi", "hub"):
+        write(tmp_path / f"{host}_0.bag", [(at, *odometry(at, robot="k3")) for at in (1.0, 2.0, 3.0)])
+    topic = read(tmp_path, {"/k3/odom"}, lambda host: BEGAN + (2.0 if host == "k3-pi" else 2.5)).topics[
+        "/k3/odom"
+    ]
+    assert (topic.messages, topic.recorder) == (2, "k3-pi")
+    assert [one.x for one in topic.samples] == [2.0, 3.0]

@@ -23,7 +23,8 @@ def capsule(folder: Path, **changes: object) -> Path:
     for name in ABOUT["spec"]:
         (folder / name).touch()
     write(folder / "bags/k3-pi_0.bag", [(1.5, *odometry(1.0, 2.0, math.pi / 2, speed=0.5, robot="k3"))])
-    moments = {"began": BEGAN, "ended": BEGAN + 60.5}
+    host = ABOUT["hosts"]["k3-pi"] | {"began": BEGAN + 7.0}  # by a clock that is ahead
+    moments = {"began": BEGAN, "ended": BEGAN + 60.5, "hosts": {"k3-pi": host}}
     write_index(folder, ABOUT | moments | changes)
     return folder
 
@@ -62,7 +63,7 @@ def test_a_sample_is_a_row(tmp_path: Path) -> None:
     assert list(frame.columns) == ["folder", "topic", "t", "x", "y", "yaw", "speed"]
     (row,) = frame.itertuples(index=False)
     assert row[:2] == (str(one), "/k3/odom")
-    assert row[2:] == pytest.approx((1.5, 1.0, 2.0, math.pi / 2, 0.5))
+    assert row[2:] == pytest.approx((1.5 - 7.0, 1.0, 2.0, math.pi / 2, 0.5))
 
 
 def test_nothing_has_the_same_columns(tmp_path: Path) -> None:

@@ -141,7 +141,8 @@ def driven(tmp_path: Path) -> Path:
         )
     ):
         began = BEGAN + 100 * number
-        moments = {"trial": number, "began": began, "ended": began + 60 + number}
+        hosts = {"k3-pi": ABOUT["hosts"]["k3-pi"] | {"began": began}}
+        moments = {"trial": number, "began": began, "ended": began + 60 + number, "hosts": hosts}
         folder = filled(tmp_path / f"trials/circle-{number}")
         (folder / "bags/k3-pi_0.bag").unlink()
         recorded = [

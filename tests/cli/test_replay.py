@@ -80,12 +80,13 @@ def test_the_spec_of_the_capsule_is_deployed_and_its_trial_begins(
         raise TrialError("enough")
 
     monkeypatch.setattr(trial_release, "deploy", deploy)
+    monkeypatch.setattr(TrialHosts, "stand", lambda _: seen.append("stand"))
     monkeypatch.setattr(TrialHosts, "run", begin)
     ran = swarmctl("run", str(operators), "--replay", str(capsule), "--out", str(tmp_path / "out"))
     assert "trial 2 did not begin: enough" in ran.stderr, ran.stderr
     assert ran.returncode == exit_codes.UNHEALTHY
     files = (capsule / "spec/swarm.yaml", capsule / "spec/1-parameters.yaml")
-    assert seen == [[one.read_text("utf-8") for one in files], "# pinned\n", 2]
+    assert seen == ["stand", [one.read_text("utf-8") for one in files], "# pinned\n", 2]
 
 
 @pytest.mark.parametrize(
@@ -97,13 +98,17 @@ def test_other_releases_are_named_by_host(
 ) -> None:
     changed: list[object] = []
     monkeypatch.setattr(trial_release, "deploy", lambda *_: changed.append(0))
+    monkeypatch.setattr(TrialHosts, "stand", lambda _: changed.append(0))
     write(capsule, about({"k3-pi": {"release": "0" * 16, "began": None}}, version))
     ran = swarmctl("run", str(operators), "--replay", str(capsule))
     assert (ran.returncode, changed) == (exit_codes.ERROR, [])
     assert words in ran.stderr
 
 
-def test_a_capsule_that_has_changed_is_refused(capsule: Path, operators: Path) -> None:
+def test_a_capsule_that_has_changed_is_refused(
+    capsule: Path, operators: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(TrialHosts, "stand", lambda _: pytest.fail("it connects to hosts"))
     with (capsule / "spec/swarm.yaml").open("a", encoding="utf-8") as file:
         file.write("# more\n")
     ran = swarmctl("run", str(operators), "--replay", str(capsule))

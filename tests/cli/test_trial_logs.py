@@ -101,12 +101,12 @@ def test_ctrl_c_leaves_the_logs_that_are_there(fetched: Any, tmp_path: Path) -> 
 LOOK = Look(Status("lab", (), Diagnosis(())), BEGAN, 1.0)
 
 
-def test_a_log_begins_before_a_unit_can_have_started() -> None:
+def test_a_trial_starts_with_the_first_host_by_the_operators_clock() -> None:
     trial = Trial(1, LOOK)
-    assert trial.earliest == LOOK.began
+    assert trial.start == LOOK.began
     trial.began = {"laptop": BEGAN + 10.0, "pi": BEGAN + 109.5}
     trial.clocks = {"laptop": Clock(0.0, 0.25), "pi": Clock(100.0, 0.5)}
-    assert trial.earliest == BEGAN + 9.0
+    assert trial.start == BEGAN + 9.5
 
 
 class Idle(TrialHosts):

@@ -72,3 +72,5 @@ def test_who_lacks_what_is_named() -> None:
     assert item("clocks", found).text == ("70 ms between epuck-pi and k3-pi, give or take 8, more than 10")
     assert item("disk", found).text == "4 MB free on k3-pi, less than 100"
     assert item("batteries", found).text == "k3 20%, koala not known, less than 50%"
+    doubtful = CLOCKS | {"pi": (0.2, 0.3)}
+    assert not item("clocks", items(look(), Measured(doubtful, {}, {}), Ready(clocks=0.061), ())).go

@@ -42,7 +42,7 @@ def test_a_trial_has_values_and_their_number_a_limit(count: int) -> None:
 
 
 TEXTS = st.text(
-    st.characters(codec="ascii", exclude_categories=["C"], exclude_characters="{}"), min_size=1, max_size=20
+    st.characters(codec="ascii", exclude_categories=["C"], exclude_characters="{}$"), min_size=1, max_size=20
 )
 ODD = ("yes", "null", "1e3", "0x10", "~", "on", "1_000", ": ", "# x")
 VALUES = st.one_of(

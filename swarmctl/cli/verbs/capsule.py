@@ -137,7 +137,8 @@ def _robots(indexes: Mapping[Path, Index], troubles: list[str]) -> dict[str, lis
         troubles += bags.troubles
         for name, topic in bags.topics.items():
             if topic.odometry and topic.samples:
-                moved = [one._replace(t=one.t - index.began) for one in topic.trajectory()]
+                began = index.start(topic.recorder)
+                moved = [one._replace(t=one.t - began) for one in topic.trajectory()]
                 found.setdefault(name, []).append(moved)
     return dict(sorted(found.items()))
 

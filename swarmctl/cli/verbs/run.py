@@ -17,7 +17,7 @@ from swarmctl.cli.where import Where, with_where
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from swarmctl.cli.trial import Trial
+    from swarmctl.cli.trial import Trial, TrialHosts
     from swarmctl.cli.trial_release import Releases
     from swarmctl.spec.experiment_model import Experiment
     from swarmctl.spec.model import Spec
@@ -64,14 +64,16 @@ def run(
     from swarmctl.capsule.signature import sign
     from swarmctl.cli import swarm_look, trial_capsule
     from swarmctl.cli.replay import replayed, require_same
+    from swarmctl.cli.trial import interruptible
     from swarmctl.cli.trial_release import Releases
     from swarmctl.spec.trial_parameters import combinations
 
     if key is not None and not key.is_file():
         console.fail(f"{key} is no file", "--sign takes an SSH key, such as ~/.ssh/id_ed25519")
     done: dict[Path, Trial] = {}
+    operators, index = where, None
     with ExitStack() as stack:
-        index = None
+        stack.enter_context(interruptible())
         if capsule is not None:
             where, index = stack.enter_context(replayed(where, capsule))
         wanted = swarm_look.expected(where)
@@ -86,13 +88,17 @@ def run(
         numbers = [trial] if trial else list(range(1, experiment.trials * len(varied) + 1))
         known = trial_capsule.completed(place) if resume else set[int]()
         releases = stack.enter_context(Releases(where, wanted, index))
+        releases.check(experiment)
         for number in (one for one in numbers if one not in known):
             if done and console.err().is_terminal and sys.stdin.isatty() and not where.in_lab:
                 typer.prompt("place the robots, then press Enter", default="", show_default=False, err=True)
             own = place / f"{number:03}-{time.strftime('%Y%m%d-%H%M%S')}"
             values = varied[(number - 1) % len(varied)]
-            done[own] = found = _run(releases, values, experiment, number, own)
-            found.judged = trial_capsule.judged(own, experiment)
+            done[own] = found = _run(operators, releases, values, experiment, number, own)
+            try:
+                found.judged = trial_capsule.judged(own, experiment, found)
+            except KeyboardInterrupt:
+                found.interrupt()
             trial_capsule.write(own, found, name, releases)
             if key is not None and (unsigned := sign(own, key)):
                 console.show(f"warning: {own} is not signed: {unsigned}", error=True)
@@ -114,7 +120,7 @@ def run(
         console.print_json({"v": 1, "swarm": wanted.swarm.name, "experiment": name, "trials": trials})
     elif done:
         console.show_next(shlex.join(["swarmctl", "capsule", "show", str(place)]))
-    raise typer.Exit(_exit(done.values()))
+    raise typer.Exit(_exit(done.values()) if releases.restored else exit_codes.HOSTS_FAILED)
 
 
 def experiment_of(spec: Spec, name: str) -> Experiment:
@@ -134,25 +140,20 @@ def experiment_of(spec: Spec, name: str) -> Experiment:
     return spec.experiments[name]
 
 
-def _run(releases: Releases, values: Values, experiment: Experiment, number: int, folder: Path) -> Trial:
-    from swarmctl.cli import ssh_targets, swarm_look
-    from swarmctl.cli.trial import TrialError, TrialHosts
+def _run(
+    operators: Where, releases: Releases, values: Values, experiment: Experiment, number: int, folder: Path
+) -> Trial:
+    from swarmctl.cli.trial import TrialError
+    from swarmctl.views.capsule import parameters_text
 
-    with_ = ", ".join(f"{key} {one}" for keys in values.values() for key, one in keys.items())
-    console.show(f"trial {number}" + (f" with {with_}" if with_ else ""), error=True)
+    varied = parameters_text(values)
+    console.show(f"trial {number}" + (f" with {varied}" if varied else ""), error=True)
     try:
         (folder / "bags").mkdir(parents=True)
-        releases.deploy(values)
-        where, wanted = releases.where, releases.wanted
-        targets = where.targets(wanted.swarm)
-        look = swarm_look.looking_at(
-            wanted, targets, ssh_targets.transport(), window=options.WINDOW, parallel=where.parallel
-        )
-        hosts = TrialHosts(
-            wanted.swarm, experiment, targets, ssh_targets.transport, look,
-            complete=where.complete, parallel=where.parallel,
-        )  # fmt: skip
-        return hosts.run(number, folder)
+        if not releases.has(values):
+            _hosts(operators, releases, experiment).stand()
+            releases.deploy(values)
+        return _hosts(operators, releases, experiment).run(number, folder)
     except OSError as error:
         console.fail(console.cannot_write(error, folder))
     except TrialError as error:
@@ -160,6 +161,21 @@ def _run(releases: Releases, values: Values, experiment: Experiment, number: int
             (folder / "bags").rmdir()
             folder.rmdir()
         console.fail(f"trial {number} did not begin: {error}", code=exit_codes.UNHEALTHY)
+
+
+def _hosts(operators: Where, releases: Releases, experiment: Experiment) -> TrialHosts:
+    from swarmctl.cli import ssh_targets, swarm_look
+    from swarmctl.cli.trial import TrialHosts
+
+    where, wanted = releases.where, releases.wanted
+    targets = where.targets(wanted.swarm)
+    look = swarm_look.looking_at(
+        wanted, targets, ssh_targets.transport(), window=options.WINDOW, parallel=where.parallel
+    )
+    return TrialHosts(
+        wanted.swarm, experiment, targets, ssh_targets.transport, look,
+        complete=operators.complete, parallel=where.parallel,
+    )  # fmt: skip
 
 
 def _result(trial: Trial) -> str:
