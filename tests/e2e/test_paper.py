@@ -12,7 +12,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from tests.e2e import whole_graph
-from tests.e2e.conducted import Conducted
+from tests.e2e.conducted import Tried
 from tests.e2e.experiment import EXAMPLES, Experiment
 from tests.e2e.lab_swarm import HOME, LEADER, LabSwarm, Note, moves, until
 from tests.e2e.ros_peers import roswtf
@@ -20,7 +20,7 @@ from tests.e2e.security_level import GUARDED, LEVEL
 from tests.timing import Promise
 
 
-class OnMasters(Conducted):
+class OnMasters(Tried):
     """What holds for every experiment of ROS 1."""
 
     @pytest.mark.slow

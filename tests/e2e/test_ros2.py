@@ -11,7 +11,7 @@ import time
 import pytest
 
 from swarmctl.cli import exit_codes
-from tests.e2e.conducted import Conducted
+from tests.e2e.conducted import Tried
 from tests.e2e.experiment import EXAMPLES, STILL, Experiment
 from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, Note, moves, until
 from tests.timing import Promise
@@ -36,7 +36,7 @@ print(result(client.set_parameters([Parameter("limits.linear", value=5.0)])).res
 OUTAGE = 30.0  # s; DDS forgets a node that is silent for 20 s
 
 
-class TestSingleMinded(Conducted):
+class TestSingleMinded(Tried):
     """One computer runs everything; its nodes look for no others."""
 
     EXAMPLE = "ros2-1-single-minded"
@@ -52,7 +52,7 @@ class TestSingleMinded(Conducted):
             assert experiment.lab.ros.stranger not in experiment.lab.diagnosis(LEADER, "k3")
 
 
-class TestLeader(Conducted):
+class TestLeader(Tried):
     """Three robots with computers of their own follow the Koala's, on a network without multicast."""
 
     EXAMPLE = "ros2-2-leader"
@@ -106,7 +106,7 @@ class TestLeader(Conducted):
             experiment.seconds_to_rest()
 
 
-class TestCentral(Conducted):
+class TestCentral(Tried):
     """Robots of their own mind that meet at two discovery servers."""
 
     EXAMPLE = "ros2-3-central"
@@ -150,7 +150,7 @@ class TestCentral(Conducted):
             experiment.lab.shell(away, f"sudo systemctl start {unit}")
 
 
-class TestStandalone(Conducted):
+class TestStandalone(Tried):
     """Every robot is a domain of its own, and all follow one gamepad."""
 
     EXAMPLE = "ros2-4-standalone"
@@ -178,7 +178,7 @@ class TestStandalone(Conducted):
             experiment.seconds_to_rest()
 
 
-class TestCombined(Conducted):
+class TestCombined(Tried):
     """Groups of simple robots around leaders, and a robot that stands alone."""
 
     EXAMPLE = "ros2-5-combined"
