@@ -16,7 +16,7 @@ from swarm_onboard.common.xmlrpc import PeerError
 from swarm_onboard.ros1_probe import client, connections
 
 from tests.onboard.ros1_probe.ros_fakes import FakeRos, peer, received_header, served, slave
-from tests.timing import PATIENCE
+from tests.timing import PATIENCE, wait_for
 
 COMMAND, TWIST = "/k3/cmd_vel", "geometry_msgs/Twist"
 
@@ -56,6 +56,7 @@ def test_the_port_for_topics_is_tried_without_a_subscription() -> None:
     headers: list[bytes] = []
     with peer(lambda one: headers.append(received_header(one))) as port, publisher(port) as fake:
         found = looked(fake)
+        wait_for(lambda: headers)  # the thread of the peer may be slower
     assert found["/pilot"].error == ""
     assert found["/pilot"].topics == [COMMAND]
     assert len(headers) == 1
