@@ -41,7 +41,7 @@ def seen(
     swarm: str, targets: Mapping[str, Target], transport: Transport, parallel: int
 ) -> Iterator[Event[Seen]]:
     """Looks at hosts: clocks, free space, batteries and robots of the trial that goes on. Starts nothing."""
-    request = trial.Request(swarm, operators.this_one(), [], [], at=0.0, seconds=0.0)
+    request = trial.Request(swarm, operators.this_one(), [], [], [], at=0.0, seconds=0.0)
 
     def look(session: Session, target: Target, note: Callable[[str], None]) -> Seen:
         with agent_session(session, verbs=DEPLOY_VERBS) as host:

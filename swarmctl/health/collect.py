@@ -95,7 +95,7 @@ def _topics_of(robot: ExpectedRobot, window: float) -> dict[str, float]:
 
 def _is_searched(program: ExpectedProgram) -> bool:
     """Whether the nodes of a program are to be found: it runs for good, and nothing names them."""
-    return not program.node and not program.oneshot
+    return not program.node and program.lifecycle == "service"
 
 
 def _measured(program: ExpectedProgram, window: float) -> dict[str, float]:
@@ -130,7 +130,7 @@ def _expected(host: ExpectedHost) -> Iterator[tuple[str, dict[str, list[str]]]]:
             gate = robot.gate
             yield gate.node, {"publishes": [gate.output], "subscribes": [robot.command], "provides": []}
     for program in host.programs:
-        if not program.optional and not program.oneshot:
+        if not program.optional and program.lifecycle == "service":
             yield (
                 program.node or program.unit,
                 {

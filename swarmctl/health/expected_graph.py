@@ -12,7 +12,7 @@ from swarmctl.render.middleware import DiscoveryServers, ExpectedDriver, middlew
 from swarmctl.render.multimaster import provider_of
 from swarmctl.resources import HostModule
 from swarmctl.robot_types.ros_driver import VELOCITIES
-from swarmctl.spec.program_model import Container
+from swarmctl.spec.program_model import Container, Lifecycle
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Commander, Host, Island, Program, Robot, Swarm, carrier
 from swarmctl.swarm.topics import CLOCK, DIAGNOSTICS, DriverTopic
@@ -34,7 +34,7 @@ class ExpectedProgram:
     install_hint: str  # how the host gets these packages
     publishes: tuple[tuple[str, str], ...]
     subscribes: tuple[tuple[str, str], ...]
-    oneshot: bool = False  # it ends, and its exit code is checked
+    lifecycle: Lifecycle = "service"
     measured: tuple[DriverTopic, ...] = ()
     container: Container | None = None
     provides: tuple[tuple[str, str], ...] = ()
@@ -69,7 +69,7 @@ def _program(swarm: Swarm, host: Host, program: Program) -> ExpectedProgram:
         install_hint="; ".join(middleware.install_hints([package(one) for one in packages])),
         publishes=node.publishes,
         subscribes=node.subscribes,
-        oneshot=declared.lifecycle == "oneshot",
+        lifecycle=declared.lifecycle,
         measured=node.measured,
         container=declared.container,
         provides=node.provides,

@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 
 from swarm_onboard.agent.images import Image
 from swarm_onboard.agent.observations import NodeSeen
+from swarm_onboard.agent.paths import trial_file
 
 from swarmctl.health.expected_graph import ExpectedHost
 from swarmctl.health.verdict import State, Verdict, bad
@@ -28,6 +29,11 @@ def unmet_conditions(host: str, unit: str, unmet: Sequence[str]) -> tuple[str, s
     whys, repairs = zip(*(_one(host, place) for place in places), strict=True)
     again = "then run swarmctl deploy"
     return "; ".join(whys), "; ".join((*dict.fromkeys(repairs), again))
+
+
+def waits_for_trial(unit: str, unmet: Sequence[str]) -> bool:
+    """Returns True if nothing but a trial lacks for ``unit`` to run."""
+    return list(unmet) == [f"ConditionPathExists={trial_file(unit)}"]
 
 
 def _one(host: str, place: str) -> tuple[str, str]:

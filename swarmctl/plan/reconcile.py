@@ -243,6 +243,7 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
         (name, unit_faults.unmet_conditions(bundle.host, name, state.unmet))
         for name, state in observed.units.items()
         if state.skipped and state.unmet and name not in optional
+        if not unit_faults.waits_for_trial(name, state.unmet)
     ]
     edited = observed_host.lost(bundle, observed)
     return (

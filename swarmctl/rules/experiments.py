@@ -37,6 +37,34 @@ def programs_of_people(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
+@rule("EXP005", "EXP006")
+def programs_of_trials(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program of `reset` that runs outside of trials, too; one of trials that no experiment starts."""
+    started: set[str] = set()
+    for name, experiment in context.spec.experiments.items():
+        started.update(experiment.programs)
+        if (reset := experiment.reset) is None:
+            continue
+        started.add(reset)
+        if (lifecycle := context.spec.programs[reset].lifecycle) != "trial":
+            yield Diagnostic(
+                "EXP005",
+                f"experiment `{name}` resets the robots by `{reset}`, which runs outside of its trials, too",
+                context.span("experiments", name, "reset"),
+                notes=(Note(context.span("programs", reset, "lifecycle"), f"a {lifecycle}"),),
+                help=(f"write `lifecycle: trial` in program `{reset}`",),
+            )
+    for name, program in context.spec.programs.items():
+        if program.lifecycle == "trial" and name not in started:
+            yield Diagnostic(
+                "EXP006",
+                f"program `{name}` never runs: no experiment has it under `programs` or `reset`",
+                context.span("programs", name, "lifecycle"),
+                label="runs in trials alone",
+                help=("add it to `programs` of an experiment, or remove its `lifecycle`",),
+            )
+
+
 @rule("EXP002", "EXP004")
 def criteria(context: RuleContext) -> Iterator[Diagnostic]:
     """A criterion of success whose topic is not recorded, has no poses, or that nothing publishes."""

@@ -77,8 +77,14 @@ class Experiment(Model):
     )
     programs: tuple[ProgramName, ...] = Field(
         (),
-        description="Programs that start anew with each trial; the others run on.",
+        description="Programs that start with each trial: those with `lifecycle: trial` end with it, too, "
+        "and the others start anew. All else runs on.",
         examples=[["wander"]],
+    )
+    reset: ProgramName | None = Field(
+        None,
+        description="A program with `lifecycle: trial` that brings the robots back between two trials.",
+        examples=["go-home"],
     )
     duration: Annotated[float, Unit("s")] = Field(
         gt=0, le=86_400, description="Time of a trial, after which its robots stop.", examples=[60.0]

@@ -32,6 +32,9 @@ Megabytes = Annotated[int, Field(le=16 << 20), Unit("MB")]  # systemd ignores a 
 #: What a program can be, in the order in which one is taken where a spec gives several.
 Kind = Literal["use", "launch", "executable", "command", "container"]
 
+#: When a program runs.
+Lifecycle = Literal["service", "oneshot", "trial", "interactive"]
+
 #: An image by its digest, or by its ID if it is in no registry: a tag may be another image tomorrow.
 Image = Annotated[str, matching(
     r"^([a-z0-9][A-Za-z0-9._:/-]*@)?sha256:[0-9a-f]{64}$",
@@ -160,10 +163,11 @@ class Program(RosLaunchable):
     secrets: ProgramSecrets = Field(
         default_factory=lambda: NO_SECRETS, description="Secrets as variables and files."
     )
-    lifecycle: Literal["service", "oneshot", "interactive"] = Field(
+    lifecycle: Lifecycle = Field(
         "service",
         description="A service runs for good, and is started again if it ends. A oneshot runs once, and "
-        "`status` checks its exit code. An interactive program is started by a person at a terminal.",
+        "`status` checks its exit code. One of a trial runs once in each trial of the experiments that name "
+        "it. An interactive program is started by a person at a terminal.",
     )
     publishes: tuple[Topic, ...] = Field((), description="Topics it publishes.")
     subscribes: tuple[Topic, ...] = Field((), description="Topics it subscribes to.")

@@ -37,6 +37,7 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "control.*.of.*": (_ROBOTS,),
     "experiments.*.robots.*": (_ROBOTS,),
     "experiments.*.programs.*": (_PROGRAMS,),
+    "experiments.*.reset": (_PROGRAMS,),
     f"experiments.*.parameters.{KEY}": (_PROGRAMS,),
     "islands.*.hosts.*": (_HOSTS,),
     "islands.*.leader": (_HOSTS,),

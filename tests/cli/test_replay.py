@@ -10,7 +10,8 @@ import pytest
 
 from swarmctl.capsule.folder import write
 from swarmctl.cli import exit_codes, trial_release
-from swarmctl.cli.trial import TrialError, TrialHosts
+from swarmctl.cli.trial import TrialError
+from swarmctl.cli.trial_hosts import TrialHosts
 from swarmctl.cli.where import Where
 from swarmctl.remote.known_hosts import path_beside
 from swarmctl.render.build_bundle import bundles

@@ -8,8 +8,8 @@ import pytest
 
 from swarmctl.capsule.folder import write
 from swarmctl.cli import exit_codes
-from swarmctl.cli.trial import TrialHosts
 from swarmctl.cli.trial_capsule import completed
+from swarmctl.cli.trial_hosts import TrialHosts
 from tests.capsule.trial_folder import ABOUT, filled
 from tests.in_process import swarmctl
 

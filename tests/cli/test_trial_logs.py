@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from swarmctl.cli import trial_logs
-from swarmctl.cli.trial import Trial, TrialHosts
+from swarmctl.cli.trial import Trial
+from swarmctl.cli.trial_hosts import TrialHosts
 from swarmctl.deploy.trial_start import Clock
 from swarmctl.health.host_logs import Entry, HostLog
 from swarmctl.health.root_cause import Diagnosis
@@ -115,7 +116,7 @@ class Idle(TrialHosts):
     def __init__(self) -> None:
         self._swarm: Any = SimpleNamespace(name="lab")
         self._experiment: Any = SimpleNamespace(record=(), programs=())
-        self._targets, self._parallel = {}, 2
+        self._targets, self._once, self._parallel = {}, {}, 2
         self._connect = self._recording = lambda: None  # type: ignore[method-assign]
         self._look = lambda: LOOK
 
@@ -129,6 +130,9 @@ class Idle(TrialHosts):
     def _watch(self) -> None: ...
 
     def _stop(self) -> Iterator[Any]:
+        return iter(())
+
+    def _end(self, units: object) -> Iterator[str]:
         return iter(())
 
 

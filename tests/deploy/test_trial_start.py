@@ -44,7 +44,7 @@ def test_every_host_shows_its_clock(tmp_path: Path) -> None:
 
 def test_each_host_gets_its_own_request(tmp_path: Path) -> None:
     transport, targets = hosts(tmp_path)
-    requests = {"a": trial.Request("new", "me", [], ["koala.service"], 1.0, 9.0)}
+    requests = {"a": trial.Request("new", "me", [], ["koala.service"], [], 1.0, 9.0)}
     found = results_of(trial_start.start(requests, targets, transport, parallel=2))
     assert set(found) == {"a"}
     assert isinstance(found["a"], HostError)

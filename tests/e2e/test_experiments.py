@@ -30,6 +30,7 @@ programs:
   ahead-k3:
     host: koala-laptop
     command: [rostopic, pub, -r, "10", /k3/cmd_vel, geometry_msgs/Twist, "{{linear: {{x: 0.05}}}}"]
+    lifecycle: trial
 
 experiments:
   ahead:
@@ -38,6 +39,17 @@ experiments:
     trials: 2
     record: ["*/odom"]
 """
+RESET = """
+programs:
+  back:
+    host: koala-laptop
+    command:
+      - bash
+      - -c
+      - "timeout 4 rostopic pub -r 10 /k3/cmd_vel geometry_msgs/Twist '{{linear: {{x: -0.05}}}}' || true"
+    lifecycle: trial
+"""
+IN_TRIALS = "swarm-newswarm.ahead-k3"
 DRIVEN = ("koala", "k3")
 VARIED = """
 packages:
@@ -93,6 +105,11 @@ def stand(swarm: LabSwarm) -> bool:
     return not any(map(moves, swarm.robots().values()))
 
 
+def running_in_trials(swarm: LabSwarm) -> bool:
+    state = swarm.shell("koala-laptop", f"systemctl is-active {IN_TRIALS} || true")
+    return state.strip() != "inactive"
+
+
 def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, note: Note) -> None:
     spec = deployed(swarm, 5)
     run = swarm.swarmctl("run", "ahead", "--out", str(tmp_path), "--json", spec=spec)
@@ -120,6 +137,45 @@ def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, not
         assert all(host.python and "-ros-" in host.platform for host in index.hosts.values()), index.hosts
     verified = swarm.run("capsule", "verify", *(one["capsule"] for one in trials))
     assert verified.status == exit_codes.OK, verified.out
+
+
+def test_a_program_brings_the_robots_back_between_trials(swarm: LabSwarm, tmp_path: Path) -> None:
+    text = (EXPERIMENT % 5).replace("    trials: 2\n", "    trials: 2\n    reset: back\n")
+    spec = swarm.variant("back", (CONTROL, CONTROL + text + RESET.replace("\nprograms:\n", "")))
+    assert swarm.deploy(spec).status == exit_codes.OK
+    run = swarm.swarmctl("run", "ahead", "--out", str(tmp_path), "--json", spec=spec)
+    assert run.status == exit_codes.OK, run.err
+    assert stand(swarm)
+    ways = []
+    for one in run.json()["trials"]:
+        (bag,) = Path(one["capsule"]).glob("bags/k3-pi*.bag")
+        ways.append([message.pose.pose.position.x for _, _, message in messages(bag, "/k3/odom")])
+    first, second = ways
+    assert first[0] < first[-1], "ahead"
+    assert second[0] < first[-1], "and back, before the second trial"
+    assert second[0] < second[-1], "and ahead again"
+
+
+def test_a_program_of_trials_runs_in_trials_alone(swarm: LabSwarm, tmp_path: Path) -> None:
+    spec = deployed(swarm, 30)
+    swarm.swarmctl("start", spec=spec)
+    until(lambda: moves(swarm.robots()["koala"]), "the other program does not run")
+    assert not moves(swarm.robots()["k3"])
+    assert swarm.swarmctl("status", spec=spec).status == exit_codes.OK
+    running = swarm.begin("run", "ahead", "--trial", "1", "--out", str(tmp_path), "--json", spec=spec)
+    until(lambda: drive(swarm), "the trial does not begin")
+    swarm.shell("koala-laptop", f"sudo systemctl kill --signal=KILL {IN_TRIALS}")
+    out, err = running.communicate(timeout=PATIENCE)
+    assert running.returncode == exit_codes.UNHEALTHY, err
+    (trial,) = json.loads(out)["trials"]
+    assert (trial["outcome"], trial["cause"]) == (
+        "failed",
+        f"{IN_TRIALS}.service on koala-laptop failed: signal",
+    )
+    index = capsules.read(Path(trial["capsule"]))
+    assert index.ended - index.began < index.seconds, "it does not wait for the end"
+    assert "in its last trial it failed" in swarm.swarmctl("status", spec=spec).out
+    assert swarm.swarmctl("ready", "ahead", spec=spec).status == exit_codes.OK, "the next one may begin"
 
 
 def test_each_combination_of_parameters_has_a_trial_that_is_judged(swarm: LabSwarm, tmp_path: Path) -> None:
@@ -170,6 +226,7 @@ def test_robots_stop_when_the_operator_is_gone(swarm: LabSwarm, tmp_path: Path) 
         running.communicate()
     assert drive(swarm), "nobody but the hosts stops them"
     until(lambda: stand(swarm), "the robots drive on without their operator")
+    until(lambda: not running_in_trials(swarm), "a program of trials runs on")
     assert "stopped by" in swarm.swarmctl("status", spec=spec).out
     again = swarm.swarmctl("run", "ahead", "--out", str(tmp_path), spec=spec)
     assert again.status == exit_codes.UNHEALTHY

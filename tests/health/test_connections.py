@@ -148,7 +148,7 @@ def with_program(**changes: Any) -> ExpectedGraph:
     """The example, with a program on the laptop that subscribes to the odometry of k3."""
     plain = ExpectedProgram(
         "map", LAPTOP, optional=False, unit="", node="/map", packages=(), install_hint="", publishes=(),
-        subscribes=(("/k3/odom", "nav_msgs/Odometry"),), oneshot=True,
+        subscribes=(("/k3/odom", "nav_msgs/Odometry"),), lifecycle="oneshot",
     )  # fmt: skip
     laptop, *others = graph().hosts
     return replace(graph(), hosts=(replace(laptop, programs=(replace(plain, **changes),)), *others))

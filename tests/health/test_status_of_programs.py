@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -18,6 +19,7 @@ from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
 from swarmctl.health.verdict import State
 from swarmctl.render.build_bundle import bundles
+from swarmctl.swarm.resolved import Swarm
 from swarmctl.views.status import table
 from tests import ROOT
 from tests.health.swarm_values import RUNNING
@@ -45,6 +47,10 @@ def graph(tmp_path_factory: pytest.TempPathFactory) -> ExpectedGraph:
     )
     swarm, found = load_swarm(spec)
     assert swarm is not None, found
+    return expected(swarm)
+
+
+def expected(swarm: Swarm) -> ExpectedGraph:
     releases = {
         name: Release(one.digest, tuple(unit.name for unit in one.units))
         for name, one in bundles(swarm).items()
@@ -181,6 +187,33 @@ def test_status_checks_the_exit_code_of_a_oneshot(
     seen = RUNNING._replace(active=active, sub=sub, result=result)
     finding = about("calibrate", graph, units={"swarm-prog.calibrate.service": seen})
     assert (finding.state, words in finding.message) == (state, True)
+
+
+@pytest.mark.parametrize(
+    ("seen", "state", "words"),
+    [
+        (UnitState("loaded", "inactive", "dead", "success", "", 0, 0, skipped=True), State.OK, "waits for"),
+        (UnitState("loaded", "deactivating", "stop-sigterm", "success", "", 9, 0), State.OK, "waits for"),
+        (
+            UnitState("loaded", "failed", "failed", "exit-code", "", 0, 0),
+            State.WARNING,
+            "in its last trial it",
+        ),
+        (UnitState("loaded", "active", "running", "success", "", 9, 0), State.OK, "runs"),
+        (UnitState("not-found", "inactive", "dead", "success", "", 0, 0), State.BAD, "does not exist"),
+    ],
+)
+def test_a_program_that_runs_in_trials_alone_need_not_run(
+    tmp_path: Path, seen: UnitState, state: State, words: str
+) -> None:
+    spec = tmp_path / "swarm.yaml"
+    once = "executable: calibrate.py, publishes: [{topic: turns, type: std_msgs/Int32, rate: 10}]"
+    text = SPEC.read_text("utf-8").replace("lifecycle: oneshot, package", "lifecycle: trial, package")
+    spec.write_text(text.replace("executable: calibrate.py", once), "utf-8")
+    swarm, found = load_swarm(spec)
+    assert swarm is not None, found
+    finding = about("calibrate", expected(swarm), units={"swarm-prog.calibrate.service": seen})
+    assert (finding.state, words in finding.message) == (state, True), finding
 
 
 def test_a_program_that_waits_is_a_warning_with_its_reason(graph: ExpectedGraph) -> None:

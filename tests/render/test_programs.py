@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from swarm_onboard.teleop import config as teleop_config
 
 from swarmctl.cli.app import run
+from swarmctl.health.unit_faults import waits_for_trial
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.quoting import render
@@ -32,7 +33,7 @@ PROGRAMS = (
 ANY_CHARACTER = st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"], exclude_characters="\ufffe\uffff")
 UNIT_VALUES = {
     "swarm": "s", "program": "p", "home": "/opt/swarm/s", "target": "t", "runtime": "r", "packages": (),
-    "user": "robot", "shipped": False, "container": "", "engine": "", "oneshot": False, "secrets": (),
+    "user": "robot", "shipped": False, "container": "", "engine": "", "lifecycle": "service", "secrets": (),
     "memory_mb": None, "master": True, "ends_together": False, "enclave": "",
 }  # fmt: skip
 LAUNCH_VALUES = {
@@ -214,6 +215,20 @@ def test_a_oneshot_ends_and_stays_started(rendered: Mapping[str, Bundle]) -> Non
     assert "RemainAfterExit=yes" in unit
     assert "--forever" not in unit
     assert "Restart=on-failure" not in unit
+
+
+def test_a_program_of_trials_waits_for_one_and_is_not_restarted(tmp_path: Path) -> None:
+    text = SPEC.read_text("utf-8").replace(
+        "calibrate: {robot: k-3, lifecycle: oneshot", "calibrate: {robot: k-3, lifecycle: trial"
+    )
+    (tmp_path / "swarm.yaml").write_text(text, "utf-8")
+    name = "swarm-prog.calibrate.service"
+    unit = files_of(rendered_of(tmp_path / "swarm.yaml")["pi"])[f"units/{name}"].content.decode()
+    (condition,) = (line for line in unit.splitlines() if line.startswith("Condition"))
+    assert waits_for_trial(name, [condition])
+    assert "Restart=no\n" in unit
+    assert "RemainAfterExit" not in unit
+    assert "bin/restart-delay" not in unit
 
 
 def test_a_namespace_of_its_own_comes_before_the_robots(rendered: Mapping[str, Bundle]) -> None:

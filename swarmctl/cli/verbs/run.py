@@ -17,7 +17,8 @@ from swarmctl.cli.where import Where, with_where
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from swarmctl.cli.trial import Trial, TrialHosts
+    from swarmctl.cli.trial import Trial
+    from swarmctl.cli.trial_hosts import TrialHosts
     from swarmctl.cli.trial_release import Releases
     from swarmctl.spec.experiment_model import Experiment
     from swarmctl.spec.model import Spec
@@ -64,7 +65,7 @@ def run(
     from swarmctl.capsule.signature import sign
     from swarmctl.cli import swarm_look, trial_capsule
     from swarmctl.cli.replay import replayed, require_same
-    from swarmctl.cli.trial import interruptible
+    from swarmctl.cli.trial_hosts import interruptible
     from swarmctl.cli.trial_release import Releases
     from swarmctl.spec.trial_parameters import combinations
 
@@ -90,8 +91,8 @@ def run(
         releases = stack.enter_context(Releases(where, wanted, index))
         releases.check(experiment)
         for number in (one for one in numbers if one not in known):
-            if done and console.err().is_terminal and sys.stdin.isatty() and not where.in_lab:
-                typer.prompt("place the robots, then press Enter", default="", show_default=False, err=True)
+            if done:
+                _between(where, number, _hosts(operators, releases, experiment), experiment)
             own = place / f"{number:03}-{time.strftime('%Y%m%d-%H%M%S')}"
             values = varied[(number - 1) % len(varied)]
             done[own] = found = _run(operators, releases, values, experiment, number, own)
@@ -140,6 +141,19 @@ def experiment_of(spec: Spec, name: str) -> Experiment:
     return spec.experiments[name]
 
 
+def _between(where: Where, number: int, hosts: TrialHosts, experiment: Experiment) -> None:
+    """Has the robots brought back to their places: by the program of `reset`, or by a person."""
+    from swarmctl.cli.trial import TrialError
+
+    if experiment.reset is not None:
+        try:
+            hosts.reset()
+        except TrialError as error:
+            console.fail(f"trial {number} did not begin: {error}", code=exit_codes.UNHEALTHY)
+    elif console.err().is_terminal and sys.stdin.isatty() and not where.in_lab:
+        typer.prompt("place the robots, then press Enter", default="", show_default=False, err=True)
+
+
 def _run(
     operators: Where, releases: Releases, values: Values, experiment: Experiment, number: int, folder: Path
 ) -> Trial:
@@ -165,7 +179,7 @@ def _run(
 
 def _hosts(operators: Where, releases: Releases, experiment: Experiment) -> TrialHosts:
     from swarmctl.cli import ssh_targets, swarm_look
-    from swarmctl.cli.trial import TrialHosts
+    from swarmctl.cli.trial_hosts import TrialHosts
 
     where, wanted = releases.where, releases.wanted
     targets = where.targets(wanted.swarm)

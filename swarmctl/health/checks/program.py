@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from swarm_onboard.agent.observations import NodeSeen
+from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
 from swarm_onboard.common.systemd import WAITS
 
@@ -18,6 +19,7 @@ CHECK = "program"
 TABLE = {
     CHECK: (
         ("a program does not run", "as for `unit`"),
+        ("it runs in trials alone, and no trial goes on", "ok; a warning if it failed in the last one"),
         ("its host lacks its ROS packages, and it may be skipped", "skipped, with the install command"),
         ("the image of its container is not on the host, or built for another machine", "unhealthy"),
         ("its node is not registered, does not answer, or advertises another address", "unhealthy"),
@@ -76,8 +78,10 @@ def _verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Ve
     """Returns the first problem, from the unit to the topics that its nodes have."""
     unit = answer.units.get(program.unit)
     by_unit = units.verdict(program.unit, host.name, unit)
-    if unit is not None and unit.skipped and program.packages:
+    if unit is not None and unit.skipped and program.packages and not unit.unmet:
         return _skipped(program)
+    if program.lifecycle == "trial" and unit is not None and unit.load != "not-found" and not unit.up:
+        by_unit = _between_trials(unit, by_unit)
     if program.container is not None and unit is not None and unit.load != "not-found":
         seen = answer.images.get(program.unit)
         by_image = unit_faults.image_problem(program.container, host.name, seen, by_unit)
@@ -85,7 +89,7 @@ def _verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Ve
             return by_image
     if unit is None or not unit.runs or by_unit.state not in (State.OK, State.WARNING):
         return by_unit
-    if program.oneshot:
+    if program.lifecycle != "service":
         return ok("ended with exit code 0") if unit.sub == "exited" else by_unit
     if program.node:
         wrong = _node(program, host, answer.nodes.get(program.node))
@@ -94,6 +98,12 @@ def _verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Ve
     if wrong is None and unit.text.startswith(WAITS):
         return warning(unit.text)
     return wrong if wrong is not None else by_unit
+
+
+def _between_trials(unit: UnitState, verdict: Verdict) -> Verdict:
+    if unit.active == "failed":
+        return warning(f"in its last trial it {verdict.message}", verdict.hint)
+    return ok("waits for a trial")
 
 
 def _node(program: ExpectedProgram, host: ExpectedHost, node: NodeSeen | None) -> Verdict | None:

@@ -6,6 +6,8 @@ import shlex
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from swarm_onboard.agent.paths import trial_file
+
 from swarmctl.field_types import Parameter, Value
 from swarmctl.render import program_parts, shipped_files
 from swarmctl.render.bundle import File, Part, Unit
@@ -220,20 +222,22 @@ def _arguments(swarm: Swarm, program: Program) -> dict[str, Value]:
 def _unit(swarm: Swarm, host: Host, program: Program) -> Part:
     name = names.unit(swarm.name, program.name)
     packages = installed(swarm, program) if program.declared.optional else ()
-    container, oneshot = program.declared.container, program.declared.lifecycle == "oneshot"
+    container, lifecycle = program.declared.container, program.declared.lifecycle
+    forever = lifecycle == "service" and container is None
     text = render(
         "program.service",
         **service_values(swarm, host),
         program=program.name,
         packages=packages,
-        command=as_client(swarm, command_of(swarm, program), forever=not oneshot and container is None),
+        command=as_client(swarm, command_of(swarm, program), forever=forever),
         ends_together=False,
         runtime=names.runtime_folder(swarm.name, program.name),
         memory_mb=program.declared.memory_mb,
         shipped=program.declared.use is not None,
         container=container_name(swarm, program) if container is not None else "",
         engine=container.engine if container is not None else "",
-        oneshot=oneshot,
+        lifecycle=lifecycle,
+        trial_file=trial_file(name),
         secrets=secret_words(swarm, host, program),
         secrets_folder=secrets_folder(swarm.name, program.name),
         user=host.user,

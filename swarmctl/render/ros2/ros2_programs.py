@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from swarm_onboard.agent.paths import trial_file
+
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.program_parts import (
@@ -81,7 +83,8 @@ def _unit(swarm: Swarm, host: Host, island: Island, program: Program) -> Part:
         shipped=declared.use is not None,
         container=container_name(swarm, program) if container is not None else "",
         engine=container.engine if container is not None else "",
-        oneshot=declared.lifecycle == "oneshot",
+        lifecycle=declared.lifecycle,
+        trial_file=trial_file(name),
         secrets=secret_words(swarm, host, program),
         secrets_folder=secrets_folder(swarm.name, program.name),
         user=host.user,

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import pytest
 from swarm_onboard.agent import stop_latches, trial_guard
 from swarm_onboard.agent.errors import FailedError, OperatorGoneError, RefusedError
+from swarm_onboard.agent.paths import trial_file
 from swarm_onboard.agent.release_store import Home
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.stop_latches import Latch
@@ -72,9 +73,13 @@ def stop(home: Home, *robots: str) -> None:
 
 
 def start_at(
-    at: float, *robots: str, units: tuple[str, ...] = (UNIT,), seconds: float = 9.0
+    at: float,
+    *robots: str,
+    units: tuple[str, ...] = (UNIT,),
+    once: tuple[str, ...] = (),
+    seconds: float = 9.0,
 ) -> trial.Request:
-    return trial.Request("new", "me", list(robots), list(units), at, seconds)
+    return trial.Request("new", "me", list(robots), list(units), list(once), at, seconds)
 
 
 def stopped(home: Home) -> set[str]:
@@ -86,7 +91,7 @@ def test_without_an_instant_the_clock_is_all_that_it_answers(
     home: Home, old: FakeHost, report: Report
 ) -> None:
     found = trial.handle(start_at(0.0, "koala"), b"", report)
-    assert found._replace(free=0) == trial.Answer(True, NOW, 0.0, [], [], 0, {})
+    assert found._replace(free=0) == trial.Answer(True, NOW, 0.0, [], [], {}, 0, {})
     assert found.free > 0
     assert (stopped(home), old.calls()) == ({"koala", "k3"}, [])
 
@@ -105,6 +110,41 @@ def test_programs_end_before_the_instant_and_start_after_it(
     assert answer.clock < at <= answer.began == clock.now
     assert UNIT in old.units()
     assert woken == ["koala"]
+
+
+def allowed(home: Home) -> bool:
+    return Path(home.outside(trial_file(UNIT))).exists()
+
+
+def test_a_program_of_trials_may_run_from_the_instant_until_the_end(
+    home: Home, old: FakeHost, clock: Clock, report: Report
+) -> None:
+    before: list[bool] = []
+    clock.meanwhile = lambda: before.append(allowed(home))
+    trial.handle(start_at(NOW + 3, "koala", units=(), once=(UNIT,)), b"", report)
+    assert (before, allowed(home), UNIT in old.units()) == ([False], True, True)
+    assert json.loads(Path(home.trial_file).read_text())["units"] == [UNIT]
+    trial.handle(start_at(0.0, units=(), once=(UNIT,)), b"", report)
+    assert not allowed(home)
+    assert old.calls().count(f"stop -- {UNIT}") == 2, "before the start and at the end"
+
+
+def test_a_trial_that_does_not_begin_starts_no_program_of_trials(
+    home: Home, old: FakeHost, clock: Clock, report: Report
+) -> None:
+    clock.meanwhile = lambda: stop(home, "koala")
+    with pytest.raises(RefusedError, match="was stopped"):
+        trial.handle(start_at(NOW + 3, "koala", units=(), once=(UNIT,)), b"", report)
+    assert (allowed(home), UNIT in old.units()) == (False, False)
+
+
+def test_a_program_that_has_ended_in_a_trial_is_seen(
+    home: Home, old: FakeHost, report: Report
+) -> None:
+    trial_guard.arm(home, "me", [], [UNIT], 3600.0)
+    assert trial.handle(start_at(0.0, units=()), b"", report).ended == {}
+    (old.prefix / "units" / UNIT).unlink()
+    assert set(trial.handle(start_at(0.0, units=()), b"", report).ended) == {UNIT}
 
 
 @pytest.mark.usefixtures("clock")

@@ -10,7 +10,8 @@ from os import kill
 from pathlib import Path
 
 import pytest
-from swarm_onboard.agent import robot_motion, stop_latches, trial_guard
+from swarm_onboard.agent import robot_motion, stop_latches, trial_guard, trial_units
+from swarm_onboard.agent.paths import trial_file
 from swarm_onboard.agent.release_store import Home
 from swarm_onboard.agent.stop_latches import Latch
 
@@ -20,6 +21,7 @@ from tests.onboard.agent.test_stop import running
 from tests.timing import PATIENCE, wait_for
 
 LONG = 3600.0  # s
+UNIT = "koala.service"
 #: Runs what systemd would run.
 SYSTEMD_RUN = r"""#!/bin/sh
 [ -z "$NO_GUARD" ] || exit 0
@@ -59,7 +61,7 @@ def runs(number: int) -> bool:
 
 
 def test_the_end_of_the_time_latches_the_robots(home: Home) -> None:
-    trial_guard.arm(home, "me", ["koala", "k3"], 0.1)
+    trial_guard.arm(home, "me", ["koala", "k3"], [], 0.1)
     wait_for(lambda: ended(home))
     assert {one.who for one in stop_latches.closed(home).values()} == {"me"}
     assert set(stop_latches.closed(home)) == {"koala", "k3"}
@@ -67,7 +69,7 @@ def test_the_end_of_the_time_latches_the_robots(home: Home) -> None:
 
 def test_it_ends_once_drivers_hold_their_robots(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_GUARD", "1")
-    trial_guard.arm(home, "me", ["koala"], 0.0)
+    trial_guard.arm(home, "me", ["koala"], [], 0.0)
     with running(Path(home.prefix), "koala", swarm="new", measured=False, zero_at=1.0) as commands:
         assert robot_motion.ask(robot_motion.sockets(home), PATIENCE, bool)
         assert not commands.held
@@ -78,7 +80,7 @@ def test_it_ends_once_drivers_hold_their_robots(home: Home, monkeypatch: pytest.
 def test_a_stop_by_the_operator_ends_it_early(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
     """So robots that are released by hand after a trial was given up stay released."""
     monkeypatch.setenv("NO_GUARD", "1")
-    trial_guard.arm(home, "me", ["koala", "k3"], LONG)
+    trial_guard.arm(home, "me", ["koala", "k3"], [], LONG)
     due = [["koala"], ["k3"]]
     monkeypatch.setattr(
         trial_guard.time, "sleep", lambda _: stop_latches.close(home, due.pop(0), Latch("operator", 1.0))
@@ -89,12 +91,34 @@ def test_a_stop_by_the_operator_ends_it_early(home: Home, monkeypatch: pytest.Mo
     assert {one.who for one in stop_latches.closed(home).values()} == {"operator"}
 
 
+@pytest.mark.parametrize("robots", [["koala"], []])
+def test_units_of_trials_end_with_it_and_wait_for_the_next(
+    home: Home, old: FakeHost, monkeypatch: pytest.MonkeyPatch, robots: list[str]
+) -> None:
+    monkeypatch.setenv("NO_GUARD", "1")
+    trial_units.allow(home, [UNIT])
+    trial_guard.arm(home, "me", robots, [UNIT], 0.0)
+    trial_guard.run(home)
+    assert ended(home)
+    assert not Path(home.outside(trial_file(UNIT))).exists()
+    stops, starts = (f"{verb} -- {UNIT}" for verb in ("stop", "start"))
+    calls = [call for call in old.calls() if call in (stops, starts)]
+    assert calls == [stops, starts], "the start, which is skipped, shows that it waits"
+
+
+def test_a_unit_that_failed_in_a_trial_keeps_its_state(home: Home, old: FakeHost) -> None:
+    (old.prefix / "units" / UNIT).unlink()
+    (old.prefix / f"failed-{UNIT}").touch()
+    trial_units.end(home, [UNIT])
+    assert f"start -- {UNIT}" not in old.calls()
+
+
 def test_robots_that_still_wait_for_their_start_do_not_end_it(
     home: Home, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("NO_GUARD", "1")
     stop_latches.close(home, ["koala"], Latch("operator", 1.0))
-    trial_guard.arm(home, "me", ["koala"], LONG)
+    trial_guard.arm(home, "me", ["koala"], [], LONG)
     armed: list[bool] = []
 
     def sleep(_: float) -> None:
@@ -110,15 +134,15 @@ def test_robots_that_still_wait_for_their_start_do_not_end_it(
 
 
 def test_the_guard_of_an_earlier_trial_ends(home: Home, old: FakeHost) -> None:
-    trial_guard.arm(home, "me", ["koala"], LONG)
-    trial_guard.arm(home, "me", ["k3"], 0.1)
+    trial_guard.arm(home, "me", ["koala"], [], LONG)
+    trial_guard.arm(home, "me", ["k3"], [], 0.1)
     assert "stop -- swarm-trial@new.service" in old.calls()
     wait_for(lambda: ended(home))
     assert set(stop_latches.closed(home)) == {"k3"}
 
 
 def test_a_guard_whose_trial_is_gone_latches_nothing(home: Home, old: FakeHost) -> None:
-    trial_guard.arm(home, "me", ["koala"], LONG)
+    trial_guard.arm(home, "me", ["koala"], [], LONG)
     trial_guard.disarm(home)
     wait_for(lambda: not runs(guards(old)[0]))
     assert stop_latches.closed(home) == {}
@@ -126,7 +150,7 @@ def test_a_guard_whose_trial_is_gone_latches_nothing(home: Home, old: FakeHost) 
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_a_boot_in_the_middle_of_a_trial_latches_its_robots(home: Home, old: FakeHost, number: int) -> None:
-    trial_guard.arm(home, "me", ["koala"], LONG)
+    trial_guard.arm(home, "me", ["koala"], [], LONG)
     kill(guards(old)[0], signal.SIGKILL)
     old.boot(number)
     assert old.recover() == 0
@@ -139,7 +163,7 @@ def test_robots_take_part_until_they_are_stopped_or_their_host_boots(
 ) -> None:
     monkeypatch.setenv("NO_GUARD", "1")
     assert trial_guard.released(home) == []
-    trial_guard.arm(home, "me", ["koala", "k3"], LONG)
+    trial_guard.arm(home, "me", ["koala", "k3"], [], LONG)
     assert trial_guard.released(home) == ["koala", "k3"]
     stop_latches.close(home, ["koala"], Latch("me", 0.0))
     assert trial_guard.released(home) == ["k3"]
@@ -150,11 +174,14 @@ def test_robots_take_part_until_they_are_stopped_or_their_host_boots(
 
 def test_a_robot_that_a_person_releases_leaves_the_trial(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_GUARD", "1")
-    trial_guard.arm(home, "me", ["koala", "k3"], LONG)
+    trial_guard.arm(home, "me", ["koala", "k3"], [], LONG)
     trial_guard.leave(home, ["k3", "epuck"])
     assert trial_guard.released(home) == ["koala"]
     trial_guard.leave(home, ["koala"])
     assert ended(home)
+    trial_guard.arm(home, "me", ["koala"], [UNIT], LONG)
+    trial_guard.leave(home, ["koala"])
+    assert not ended(home), "its unit ends with the trial all the same"
 
 
 def test_a_damaged_file_does_not_keep_the_host_from_its_recovery(home: Home, old: FakeHost) -> None:

@@ -11,6 +11,8 @@ KEPT = "/etc/swarm"
 BAGS = "/var/lib/swarm-bags"
 #: The records of who commanded the robots of each swarm; the StateDirectory of their units, which stays, too.
 COMMANDS = "/var/lib/swarm-commands"
+#: The files of trials that go on, one for each unit that runs in trials alone; gone after a boot.
+TRIALS = "/run/swarm-trials"
 
 LINK_FOLDERS = ("/etc/systemd/system", "/etc/udev/rules.d", "/etc/NetworkManager/conf.d")
 BLOCK_FILES = ("/etc/hosts", "/etc/chrony/chrony.conf")
@@ -29,3 +31,8 @@ READERS = {
 def stop_file(swarm: str, robot: str) -> str:
     """Returns the latch of a robot: while the file exists, the robot stands."""
     return f"{KEPT}/{swarm}/stopped/{robot}"
+
+
+def trial_file(unit: str) -> str:
+    """Returns the file that exists while a unit that runs in trials alone may run."""
+    return f"{TRIALS}/{unit}"

@@ -1,4 +1,4 @@
-"""The guard of a trial latches its robots again once the time of the trial is over, whoever is gone by then.
+"""The guard of a trial latches its robots again, and ends its units, once the time of the trial is over.
 
 A program of its own, in a systemd unit: it goes on without the operator. What it has to do is in a file, so
 that systemd can start it again, and the recovery unit latches the robots if the host boots meanwhile.
@@ -12,7 +12,7 @@ import time
 
 from swarm_onboard.common.systemd import Notifier
 
-from . import boot, files, robot_motion, stop_latches, systemd
+from . import boot, files, robot_motion, stop_latches, systemd, trial_units
 from .errors import FailedError, RefusedError
 from .named_tuple import NamedTuple
 from .release_store import Home, home_of
@@ -27,10 +27,11 @@ _CODE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__
 
 
 class Trial(NamedTuple):
-    """``robots`` are to be latched for ``who`` at ``until``, s since the boot ``boot_id``."""
+    """At ``until``, s since the boot ``boot_id``, ``robots`` are latched for ``who``, and ``units`` end."""
 
     who: str
     robots: list[str]
+    units: list[str]
     boot_id: str
     until: float
 
@@ -44,13 +45,13 @@ def unit(home: Home) -> str:
     return f"swarm-trial@{home.swarm}.service"
 
 
-def arm(home: Home, who: str, robots: list[str], seconds: float) -> None:
+def arm(home: Home, who: str, robots: list[str], units: list[str], seconds: float) -> None:
     """Starts the guard, in place of that of an earlier trial, and returns once it runs.
 
-    The robots are latched after ``seconds``. Raises ``FailedError`` and ``OSError``.
+    After ``seconds`` the robots are latched, and the units end. Raises ``FailedError`` and ``OSError``.
     """
     systemd.stop([unit(home)])
-    trial = Trial(who, robots, boot.identity(home), boot.now() + seconds)
+    trial = Trial(who, robots, units, boot.identity(home), boot.now() + seconds)
     files.write_json(home.trial_file, trial._asdict())
     properties = {
         "Type": "notify",
@@ -70,8 +71,14 @@ def arm(home: Home, who: str, robots: list[str], seconds: float) -> None:
     )
 
 
+def ended(home: Home) -> dict[str, str]:
+    """Returns the units of the trial that goes on that have ended, each with systemd's result."""
+    trial = _read(home)
+    return trial_units.ended(trial.units) if trial is not None and trial.left(home) else {}
+
+
 def disarm(home: Home) -> None:
-    """Ends the guard, which latches nothing then."""
+    """Ends the guard, which latches nothing then, and ends no unit."""
     files.remove(home.trial_file)
 
 
@@ -89,7 +96,7 @@ def leave(home: Home, robots: Iterable[str]) -> None:
     trial = _read(home)
     if trial is not None and set(robots).intersection(trial.robots):
         left = [one for one in trial.robots if one not in set(robots)]
-        if left:
+        if left or trial.units:
             files.write_json(home.trial_file, trial._replace(robots=left)._asdict())
         else:
             disarm(home)
@@ -99,11 +106,15 @@ def settle(home: Home) -> None:
     """Latches the robots of a trial that a boot has interrupted. Raises ``FailedError`` and ``OSError``."""
     trial = _read(home)
     if trial is not None and trial.boot_id != boot.identity(home):
-        _end(home, trial)
+        _latch(home, trial)
+        disarm(home)
 
 
 def run(home: Home) -> None:
-    """Returns once the trial is over: its robots are latched, by the operator or by this."""
+    """Returns once the trial is over: its robots are latched, by the operator or by this; its units ended.
+
+    Without robots it is over after its time.
+    """
     opened = False
     while True:
         trial = _read(home)
@@ -111,7 +122,11 @@ def run(home: Home) -> None:
             return
         latched = set(stop_latches.stamps(home, trial.robots)) == set(trial.robots)
         if not trial.left(home) or (opened and latched):
-            _end(home, trial)
+            try:
+                _latch(home, trial)
+            finally:
+                trial_units.end(home, trial.units)
+            disarm(home)
             return
         opened = opened or not latched
         time.sleep(min(_LOOK, trial.left(home)))
@@ -122,7 +137,7 @@ def _read(home: Home) -> Trial | None:
     return Trial(**raw) if isinstance(raw, dict) and set(raw) == set(Trial._fields) else None
 
 
-def _end(home: Home, trial: Trial) -> None:
+def _latch(home: Home, trial: Trial) -> None:
     failed = stop_latches.close(home, trial.robots, stop_latches.Latch(trial.who, round(time.time(), 3)))
     sockets = robot_motion.sockets(home)
     running = {one: sockets[one] for one in trial.robots if one in sockets}
@@ -130,7 +145,6 @@ def _end(home: Home, trial: Trial) -> None:
     stop_latches.sync(home, trial.robots)
     if failed:
         raise FailedError("; ".join(failed.values()), "repair the disk")
-    files.remove(home.trial_file)
 
 
 if __name__ == "__main__":
@@ -138,4 +152,4 @@ if __name__ == "__main__":
     try:
         run(home_of(sys.argv[1]))
     except (OSError, RefusedError) as error:
-        sys.exit(f"the robots of the trial are not all latched: {error}")
+        sys.exit(f"the trial has not ended: {error}")

@@ -16,6 +16,7 @@ from swarm_onboard.agent import (
     stop_latches,
     systemd,
     trial_guard,
+    trial_units,
 )
 from swarm_onboard.agent.errors import FailedError, RefusedError, TimedOutError
 from swarm_onboard.agent.manifest import unit_names
@@ -40,13 +41,15 @@ _AGAIN = "`swarmctl stop SPEC` stops all robots; then start the trial again"
 class Request(NamedTuple):
     """At ``at``, s since 1970, release ``robots`` for ``seconds`` and start ``units``, stopped until then.
 
-    With ``at`` 0 nothing is done.
+    ``once``: units that run in trials alone, and end with this one; with ``at`` 0 they end, and nothing
+    else is done.
     """
 
     swarm: str
     who: str
     robots: list[str]
     units: list[str]
+    once: list[str]
     at: float
     seconds: float
     wait: float = 2.0
@@ -57,8 +60,9 @@ class Answer(NamedTuple):
     """``clock``: that of the host, in s since 1970, when it had the request.
 
     ``began``: when the latches of the robots ``released`` were open; ``restarted``: units. Where nothing is
-    started, ``released`` are the robots of the trial that goes on which nobody has stopped; ``free`` are
-    bytes where bags are recorded, and ``batteries`` how full those are that a driver or a gate knows, 0 to 1.
+    started, ``released`` are the robots of the trial that goes on which nobody has stopped, and ``ended``
+    its units that run in trials alone and have ended, each with systemd's result; ``free`` are bytes where
+    bags are recorded, and ``batteries`` how full those are that a driver or a gate knows, 0 to 1.
     """
 
     deployed: bool
@@ -66,6 +70,7 @@ class Answer(NamedTuple):
     began: float
     released: list[str]
     restarted: list[str]
+    ended: dict[str, str]
     free: int
     batteries: dict[str, float]
 
@@ -73,17 +78,20 @@ class Answer(NamedTuple):
 def handle(request: Request, payload: bytes, report: Report) -> Answer:
     """Starts a trial at its instant. Raises ``RefusedError`` and ``FailedError``: no robot is released then.
 
-    A guard latches the robots when the time of the trial is over, whoever is gone by then.
+    A guard latches the robots, and ends the units that run in trials alone, when the time of the trial is
+    over, whoever is gone by then.
     """
     clock = time.time()
     home = home_of(request.swarm)
     deployed = home.current() is not None
     if not request.at or not deployed:
+        ended = trial_guard.ended(home)
+        trial_units.end(home, unit_names(request.once))
         free = disk.free(disk.file_system(bags.folder(home)))
-        return Answer(deployed, clock, 0.0, trial_guard.released(home), [], free, _batteries(home))
+        return Answer(deployed, clock, 0.0, trial_guard.released(home), [], ended, free, _batteries(home))
     with lease.held_for(home, request):
         latched = _checked(home, request)
-        with _stopped(request.units, request.at):
+        with _stopped(home, request):
             with _guarded(home, request):
                 _wait(request.at - _LAST)
                 report.note("starts")  # fails if the operator has gone
@@ -94,7 +102,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
             released = stop_latches.release(home, request.robots, synced=False)
             began = time.time()
             robot_motion.wake(home, released)
-    return Answer(True, clock, began, released, request.units, 0, {})
+    return Answer(True, clock, began, released, [*request.units, *request.once], {}, 0, {})
 
 
 def _batteries(home: Home) -> dict[str, float]:
@@ -106,7 +114,7 @@ def _batteries(home: Home) -> dict[str, float]:
 
 def _checked(home: Home, request: Request) -> dict[str, int]:
     """The stamps of the robots' latches. Raises ``RefusedError`` for a request that cannot be met."""
-    robots, units = stop_latches.robot_names(request.robots), unit_names(request.units)
+    robots, units = stop_latches.robot_names(request.robots), unit_names([*request.units, *request.once])
     foreign = set(units) - {one["name"] for one in home.units(home.current())}
     if foreign:
         names = ", ".join(sorted(foreign))
@@ -134,14 +142,20 @@ def _checked(home: Home, request: Request) -> dict[str, int]:
 
 
 @contextmanager
-def _stopped(units: list[str], at: float) -> Iterator[None]:
-    """Stops units before ``at``, and starts them after the block, even if it fails."""
+def _stopped(home: Home, request: Request) -> Iterator[None]:
+    """Stops units before the instant, and starts them after the block.
+
+    If that fails, it starts those that run outside of trials as well.
+    """
+    starting = request.units
     try:
-        if units:
-            _stop(units, at - time.time())
+        if stopping := [*request.units, *request.once]:
+            _stop(stopping, request.at - time.time())
         yield
+        trial_units.allow(home, request.once)
+        starting = stopping
     finally:
-        systemd.queue_start(units)
+        systemd.queue_start(starting)
 
 
 def _stop(units: list[str], seconds: float) -> None:
@@ -153,17 +167,19 @@ def _stop(units: list[str], seconds: float) -> None:
 
 @contextmanager
 def _guarded(home: Home, request: Request) -> Iterator[None]:
-    """Arms the guard of the robots; disarms it if the block fails."""
+    """Arms the guard of the trial; disarms it if the block fails."""
+    guarded = request.robots or request.once
     try:
-        if request.robots:
+        if guarded:
             recovery_unit.install(home)
             seconds = request.at - time.time() + request.seconds + _GRACE
-            trial_guard.arm(home, lock.operator_in(request), request.robots, seconds)
+            who = lock.operator_in(request)
+            trial_guard.arm(home, who, request.robots, request.once, seconds)
         if time.time() > request.at:
             raise FailedError("this host was not ready before the start", _LATER)
         yield
     except BaseException:
-        if request.robots:
+        if guarded:
             trial_guard.disarm(home)
         raise
 

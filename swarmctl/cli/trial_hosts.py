@@ -1,0 +1,375 @@
+"""One trial on the hosts: robots stand, start together, and stop with proof."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+from swarm_onboard.agent import robot_motion
+from swarm_onboard.agent.trial_units import SUCCESS
+from swarm_onboard.agent.verbs import recording as recording_verb
+from swarm_onboard.agent.verbs import trial as trial_verb
+
+from swarmctl.cli import console, readiness_look, trial_logs
+from swarmctl.cli.recording_hosts import RecordingHosts
+from swarmctl.cli.trial import Trial, TrialError
+from swarmctl.deploy import host_systems, robot_stop, trial_start
+from swarmctl.health import trial_troubles
+from swarmctl.remote import operators
+from swarmctl.remote.ask import ask_each
+from swarmctl.remote.parallel_hosts import Event, Finished, R, results_of
+from swarmctl.remote.transport import HostError, Target, Transport
+from swarmctl.render.recording_requests import requests
+from swarmctl.swarm import names
+from swarmctl.views import robot_stop as view
+from swarmctl.views.escape import printable
+
+if TYPE_CHECKING:
+    from swarmctl.cli.swarm_look import Looking
+    from swarmctl.deploy.robot_stop import RobotStop
+    from swarmctl.deploy.trial_start import Clock
+    from swarmctl.spec.experiment_model import Experiment
+    from swarmctl.swarm.resolved import Swarm
+
+_LEAD = 4.0  # s in which all hosts get the request, and stop the programs
+_MEGABYTES = 256  # of a bag
+_LOOK = 10.0  # s between two looks at hosts in a trial
+_LAST = 2.0  # s before its end: the last look
+_SPARE = 30.0  # s that a recording goes on without its operator
+_RESET = 600.0  # s for the program of `reset`
+_POLL = 1.0  # s
+
+
+class TrialHosts:
+    """The hosts on which the trials of an experiment run."""
+
+    def __init__(
+        self,
+        swarm: Swarm,
+        experiment: Experiment,
+        targets: Mapping[str, Target],
+        connect: Callable[..., Transport],
+        look: Looking,
+        *,
+        complete: Callable[[str], str],
+        parallel: int,
+    ) -> None:
+        self._swarm, self._experiment = swarm, experiment
+        self._targets, self._connect, self._look = targets, connect, look
+        self._complete, self._parallel = complete, parallel
+        robots = experiment.robots or tuple(swarm.robots)
+        self._robots = _by_host((swarm.robots[one].host, one) for one in robots)
+        self._all = self._targets, self._robots
+        self._units = self._of_programs(one for one in experiment.programs if not self._waits(one))
+        self._once = self._of_programs(filter(self._waits, experiment.programs))
+
+    def _waits(self, program: str) -> bool:
+        return self._swarm.programs[program].declared.lifecycle == "trial"
+
+    def _of_programs(self, programs: Iterable[str]) -> dict[str, list[str]]:
+        """The units of programs, by host."""
+        pairs = ((self._swarm.programs[one].host, names.unit(self._swarm.name, one)) for one in programs)
+        return _by_host(pairs)
+
+    def run(self, number: int, folder: Path) -> Trial:
+        """Runs a trial; ``folder`` gets its bags and logs. Raises ``TrialError`` if it cannot begin."""
+        with interruptible():
+            trial = self._ready(number)
+            recording = self._recording()
+            try:
+                self._record(recording)
+                self._start(trial)
+                self._watch()
+            except KeyboardInterrupt:
+                trial.interrupt()
+            except TrialError as error:
+                trial.fail(str(error))
+            finally:  # whatever it is that ends the trial
+                with _signals(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                    trial.stops = list(self._stop())
+                    for trouble in self._end(self._once):
+                        trial.fail(trouble)
+            trial.ended = time.time()
+            for one in trial.stops:
+                if not _stood(one):
+                    trial.fail(f"{one.robot}: {one.trouble}")
+            try:
+                trial.after = self._look()
+                for trouble in trial_troubles.in_it(trial.before, trial.after, self._experiment.programs):
+                    trial.fail(printable(trouble))
+                if self._experiment.record:
+                    self._fetch(recording, folder / "bags", trial)
+                self._look_back(trial, folder / "logs")
+            except (KeyboardInterrupt, typer.Exit):
+                trial.interrupt()
+        return trial
+
+    def _fetch(self, recording: RecordingHosts, bags: Path, trial: Trial) -> None:
+        recording.fetch(bags, self._complete(f"swarmctl record SPEC --fetch --out {bags}"))
+        for host in recording.document()["hosts"]:
+            if host["error"] or host["ended"] in ("disk", "failed", "lost"):
+                why = host["error"]["message"] if host["error"] else f"ended: {host['ended']}"
+                trial.fail(printable(f"the recording on {host['host']}: {why}"))
+
+    def _look_back(self, trial: Trial, logs: Path) -> None:
+        name, parallel = self._swarm.name, self._parallel
+        error = max((one.error for one in trial.clocks.values()), default=0.0)
+        trial_logs.fetch(
+            name, self._targets, self._connect(), logs,
+            began=trial.start - error, ended=trial.ended, parallel=parallel,
+        )  # fmt: skip
+        known = {row.name: row.release or "" for row in trial.before.status.hosts}
+        trial.systems = host_systems.systems(name, known, self._targets, self._connect(), parallel=parallel)
+
+    def stand(self) -> None:
+        """Stops the robots. Raises ``TrialError`` if one does not stand; optional hosts may be away."""
+        self._targets, self._robots = self._all
+        for one in self._stop():
+            if not _stood(one) and not self._swarm.hosts[one.host].optional:
+                raise TrialError(f"{one.robot} does not stand: {one.trouble}")
+
+    def reset(self) -> None:
+        """Runs the program of `reset`, with the robots released, until it ends. Raises ``TrialError``."""
+        name = self._experiment.reset or ""
+        [(host, [unit])] = self._of_programs([name]).items()
+        self._targets, self._robots = self._all
+        with interruptible():
+            try:
+                _require_started(self._begin({}, {host: [unit]}, _RESET)[1])
+                ended, end = "", time.monotonic() + _RESET
+                with console.err().status(f"program {name} resets the robots; Ctrl-C stops them"):
+                    while not ended and time.monotonic() < end:
+                        time.sleep(_POLL)
+                        ended = self._ended([host])[host].get(unit, "")
+            finally:
+                with _signals(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                    stops, troubles = list(self._stop()), list(self._end({host: [unit]}))
+        troubles += [f"{one.robot} does not stand: {one.trouble}" for one in stops if not _stood(one)]
+        if ended != SUCCESS:
+            why = f"ended: {ended}" if ended else f"did not end within {_RESET:g} s"
+            raise TrialError(printable(f"program {name} of `reset` {why}"))
+        if troubles:
+            raise TrialError(troubles[0])
+
+    def _ended(self, hosts: Iterable[str]) -> dict[str, dict[str, str]]:
+        """What has ended of units that run in trials alone, by host and unit. Raises ``TrialError``."""
+        targets = {host: self._targets[host] for host in hosts}
+        found = _answers(trial_start.seen(self._swarm.name, targets, self._connect(), self._parallel))
+        return {host: one.answer.ended for host, one in found.items()}
+
+    def _end(self, units: Mapping[str, list[str]]) -> Iterator[str]:
+        """Ends programs that run in trials alone; yields why one may run on."""
+        wanted = {
+            host: trial_verb.Request(self._swarm.name, operators.this_one(), [], [], of_host, 0.0, 0.0)
+            for host, of_host in units.items()
+            if host in self._targets
+        }
+        targets = {host: self._targets[host] for host in wanted}
+        ended = ask_each(
+            trial_verb.handle, wanted, targets, self._connect(urgent=True), parallel=self._parallel
+        )
+        for host, one in results_of(ended).items():
+            if isinstance(one, HostError):
+                yield _message(host, one)
+
+    def _ready(self, number: int) -> Trial:
+        """Returns the trial once its robots stand, the swarm is healthy and no host has older bags."""
+        self._targets, self._robots = self._all
+        stops = list(self._stop())
+        list(self._end(self._once))  # of a trial whose operator was killed
+        before, items = readiness_look.look(
+            self._swarm, self._experiment, self._look, self._targets, self._connect(), self._parallel
+        )
+        if missing := next((one for one in items if not one.go), None):
+            raise TrialError(printable(f"{missing.what}: {missing.text}"))
+        away = {row.name for row in before.status.hosts if not row.reachable}  # optional ones: it is healthy
+        for one in stops:
+            if not _stood(one) and one.host not in away:
+                raise TrialError(f"{one.robot} does not stand: {one.trouble}")
+        self._leave_out(away)
+        request = recording_verb.Request(self._swarm.name)
+        wanted = dict.fromkeys(self._targets, request)
+        states = ask_each(
+            recording_verb.handle, wanted, self._targets, self._connect(), parallel=self._parallel
+        )
+        for host, state in _answers(states).items() if self._experiment.record else ():
+            if state.runs or state.bags:
+                what = "records already" if state.runs else "has bags of an earlier recording"
+                raise TrialError(
+                    self._complete(f"{host} {what}; `swarmctl record SPEC --fetch` fetches them")
+                )
+        return Trial(number, before)
+
+    def _leave_out(self, away: Set[str]) -> None:
+        """Goes on without optional hosts. Raises ``TrialError`` for one with a program of the experiment."""
+        for host in away & {*self._units, *self._once}:
+            raise TrialError(f"{host} does not answer, and has a program of the experiment")
+        for host in away & self._robots.keys():
+            without = ", ".join(self._robots[host])
+            console.show(f"{host} does not answer and is optional: a trial without {without}", error=True)
+        self._targets = {host: one for host, one in self._targets.items() if host not in away}
+        self._robots = {host: one for host, one in self._robots.items() if host not in away}
+        if not self._robots and not self._units and not self._once:
+            raise TrialError("no host of the experiment answers")
+
+    def _stop(self) -> Iterator[RobotStop]:
+        began = time.monotonic()
+        events = robot_stop.stop(
+            self._swarm.name, self._robots, self._targets, self._connect(urgent=True),
+            lambda: time.monotonic() - began, others=False, parallel=self._parallel,
+        )  # fmt: skip
+        for event in events:
+            if isinstance(event, Finished):
+                for one in robot_stop.robot_stops(event.host, self._robots[event.host], event.outcome):
+                    if one.state != "stands" or one.seconds:
+                        console.show(view.line(one), error=True)
+                    yield one
+
+    def _recording(self) -> RecordingHosts:
+        targets = list(self._targets.values())
+        return RecordingHosts(
+            self._swarm, targets, self._connect(), self._complete, self._parallel, json=True
+        )
+
+    def _record(self, recording: RecordingHosts) -> None:
+        if not self._experiment.record:
+            return
+        accounts = dict.fromkeys(self._swarm.hosts, "")  # no request is sent to those that are away
+        accounts |= {name: target.user for name, target in self._targets.items()}
+        seconds = self._experiment.duration + _LEAD + _SPARE
+        wanted = requests(
+            self._swarm, accounts, self._experiment.record, seconds=seconds, megabytes=_MEGABYTES
+        )
+        found = recording.start(wanted)
+        if recording.exit_code() or not found:
+            raise TrialError(
+                "nothing publishes what `record` names" if not found else "a host does not record"
+            )
+
+    def _start(self, trial: Trial) -> None:
+        trial.clocks, results = self._begin(self._units, self._once, self._experiment.duration)
+        answers = {host: one for host, one in results.items() if not isinstance(one, HostError)}
+        trial.began = {host: one.began for host, one in answers.items() if one.deployed}
+        _require_started(results)
+
+    def _begin(
+        self, units: Mapping[str, list[str]], once: Mapping[str, list[str]], seconds: float
+    ) -> tuple[dict[str, Clock], dict[str, trial_verb.Answer | HostError]]:
+        """Lets all hosts start at one instant; returns their clocks and answers. Raises ``TrialError``."""
+        hosts = list(dict.fromkeys((*self._robots, *units, *once)))
+        targets = {host: self._targets[host] for host in hosts}
+        name, transport = self._swarm.name, self._connect()
+        found = _answers(trial_start.seen(name, targets, transport, parallel=len(hosts)))
+        clocks = {host: one.clock for host, one in found.items()}
+        at, who = trial_start.instant(clocks, _LEAD), operators.this_one()
+        wanted = {
+            host: trial_verb.Request(
+                name,
+                who,
+                self._robots.get(host, []),
+                units.get(host, []),
+                once.get(host, []),
+                at,
+                seconds,
+            )
+            for host in hosts
+        }
+        return clocks, results_of(trial_start.start(wanted, targets, transport, parallel=len(hosts)))
+
+    def _watch(self) -> None:
+        """Returns when the time of the trial is over. Raises ``TrialError`` if a robot was stopped before.
+
+        A host that does not answer fails the trial at its end alone: the link may come back.
+        """
+        end, away = time.monotonic() + self._experiment.duration, ""
+        due = max(self._experiment.duration - _LOOK, _LAST)  # s left at the next look at the hosts
+        with console.err().status("") as progress:
+            while (left := end - time.monotonic()) > 0:
+                progress.update(f"{left:.0f} s left; Ctrl-C stops the robots")
+                if left <= due:
+                    away, due = self._away(end), max(due - _LOOK, _LAST) if due > _LAST else 0.0
+                time.sleep(min(max(0.0, end - time.monotonic()), 0.2))
+        if away:
+            raise TrialError(away)
+
+    def _away(self, end: float) -> str:
+        """Which host does not answer before ``end``.
+
+        Raises ``TrialError`` for a robot that was stopped, and a program that has failed.
+        """
+        targets = {host: self._targets[host] for host in {**self._robots, **self._once}}
+        away, stopped = "", ""
+        for event in trial_start.seen(self._swarm.name, targets, self._connect(), parallel=self._parallel):
+            if not isinstance(event, Finished):
+                continue
+            if isinstance(event.outcome, HostError):
+                away = away or _message(event.host, event.outcome)
+                continue
+            answer = event.outcome.answer
+            for unit, result in answer.ended.items():
+                if result != SUCCESS:
+                    stopped = stopped or printable(f"{unit} on {event.host} failed: {result}")
+            if gone := [one for one in self._robots.get(event.host, ()) if one not in answer.released]:
+                if time.monotonic() > end:
+                    away = away or f"{event.host}: it did not answer before the end"
+                else:
+                    stopped = stopped or f"{gone[0]} was stopped before the end, or {event.host} restarted"
+        if stopped:
+            raise TrialError(stopped)
+        return away
+
+
+def _by_host(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for host, name in pairs:
+        if name not in found.setdefault(host, []):
+            found[host].append(name)
+    return found
+
+
+def _stood(one: RobotStop) -> bool:
+    """True if the robot stands, or its wheels are not measured."""
+    return one.state != "failed" and one.trouble != robot_motion.STILL_TURN
+
+
+def interruptible() -> AbstractContextManager[None]:
+    """Makes SIGTERM and SIGHUP, of a terminal that closes, a KeyboardInterrupt within the block."""
+    return _signals(signal.default_int_handler, signal.SIGTERM, signal.SIGHUP)
+
+
+@contextmanager
+def _signals(handler: Any, *numbers: signal.Signals) -> Iterator[None]:
+    """Handles signals so within the block."""
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, one in before.items():
+            signal.signal(number, one)
+
+
+def _require_started(results: Mapping[str, trial_verb.Answer | HostError]) -> None:
+    for host, one in _answers_of(results).items():
+        if not one.deployed:
+            raise TrialError(f"{host}: the swarm is not deployed to this host")
+
+
+def _answers(events: Iterator[Event[R]]) -> dict[str, R]:
+    """The answer of each host. Raises ``TrialError`` for the first error."""
+    return _answers_of(results_of(events))
+
+
+def _answers_of(results: Mapping[str, R | HostError]) -> dict[str, R]:
+    for host, one in results.items():
+        if isinstance(one, HostError):
+            raise TrialError(_message(host, one))
+    return {host: one for host, one in results.items() if not isinstance(one, HostError)}
+
+
+def _message(host: str, error: HostError) -> str:
+    return printable(f"{host}: {error.message.removeprefix(f'{host}: ')}")
