@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import atan2
 from pathlib import Path
-from typing import Any
 
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.typesys import Stores, get_typestore
@@ -28,16 +26,6 @@ def opened(bag: Path) -> Iterator[AnyReader]:
             yield reader
     except Exception as error:  # of a damaged bag, rosbags raises anything
         raise DamagedBag(_trouble(bag, error)) from error
-
-
-def planar(pose: Any) -> tuple[float, float, float]:
-    """Returns x and y, m, and yaw, rad, of a ``geometry_msgs/msg/Pose``.
-
-    Yaw is the rotation about z of the quaternion's angles in the order z, y, x (REP 103).
-    """
-    place, turn = pose.position, pose.orientation
-    yaw = atan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z))
-    return float(place.x), float(place.y), yaw
 
 
 def _trouble(bag: Path, error: Exception) -> str:

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from swarmctl.capsule.bag_files import bags_in, recorder
-from swarmctl.capsule.bag_reader import DamagedBag, opened, planar
+from swarmctl.capsule.bag_reader import DamagedBag, opened
 from swarmctl.capsule.capsule_index import LONGEST
-from swarmctl.capsule.trajectory import RecordedTopic, Sample
+from swarmctl.capsule.trajectory import RecordedTopic, Sample, planar
 from swarmctl.remote.answer_check import printable
 from swarmctl.swarm.topic_island import full_name
 

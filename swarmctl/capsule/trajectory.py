@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import cos, hypot, inf, pi, sin
-from typing import NamedTuple
+from math import atan2, cos, hypot, inf, pi, sin
+from typing import Any, NamedTuple
 
 _STEP = 0.005  # m: encoders and cameras that look at a standing robot are quieter
 
@@ -18,6 +18,16 @@ class Sample(NamedTuple):
     y: float
     yaw: float
     speed: float | None = None
+
+
+def planar(pose: Any) -> tuple[float, float, float]:
+    """Returns x and y, m, and yaw, rad, of a ``geometry_msgs/msg/Pose``.
+
+    Yaw is the rotation about z of the quaternion's angles in the order z, y, x (REP 103).
+    """
+    place, turn = pose.position, pose.orientation
+    yaw = atan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z))
+    return float(place.x), float(place.y), yaw
 
 
 @dataclass

@@ -18,6 +18,7 @@ from swarm_onboard.agent.verbs import trial as trial_verb
 from swarmctl.cli import console, readiness_look, trial_logs
 from swarmctl.cli.recording_hosts import RecordingHosts
 from swarmctl.cli.trial import Trial, TrialError
+from swarmctl.cli.trial_topics import LiveTopics, live
 from swarmctl.deploy import host_systems, robot_stop, trial_start
 from swarmctl.health import trial_troubles
 from swarmctl.remote import operators
@@ -83,8 +84,10 @@ class TrialHosts:
             recording = self._recording()
             try:
                 self._record(recording)
-                self._start(trial)
-                self._watch()
+                with self._live() as topics:
+                    self._start(trial)
+                    topics.begin()
+                    self._watch(topics)
             except KeyboardInterrupt:
                 trial.interrupt()
             except TrialError as error:
@@ -251,6 +254,11 @@ class TrialHosts:
                 "nothing publishes what `record` names" if not found else "a host does not record"
             )
 
+    def _live(self) -> AbstractContextManager[LiveTopics]:
+        """The topics of `until`."""
+        transport = self._connect(become=False)
+        return live(self._swarm, self._experiment.until, self._targets, transport)
+
     def _start(self, trial: Trial) -> None:
         trial.clocks, results = self._begin(self._units, self._once, self._experiment.duration)
         answers = {host: one for host, one in results.items() if not isinstance(one, HostError)}
@@ -281,9 +289,10 @@ class TrialHosts:
         }
         return clocks, results_of(trial_start.start(wanted, targets, transport, parallel=len(hosts)))
 
-    def _watch(self) -> None:
-        """Returns when the time of the trial is over. Raises ``TrialError`` if a robot was stopped before.
+    def _watch(self, topics: LiveTopics) -> None:
+        """Returns when the time of the trial is over, or its topics show what ends it.
 
+        Raises ``TrialError`` if a robot was stopped before, or a host cannot show a topic.
         A host that does not answer fails the trial at its end alone: the link may come back.
         """
         end, away = time.monotonic() + self._experiment.duration, ""
@@ -291,6 +300,10 @@ class TrialHosts:
         with console.err().status("") as progress:
             while (left := end - time.monotonic()) > 0:
                 progress.update(f"{left:.0f} s left; Ctrl-C stops the robots")
+                if topics.trouble:
+                    raise TrialError(printable(f"`until`: {topics.trouble}"))
+                if topics.met:
+                    return
                 if left <= due:
                     away, due = self._away(end), max(due - _LOOK, _LAST) if due > _LAST else 0.0
                 time.sleep(min(max(0.0, end - time.monotonic()), 0.2))

@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 
 from swarmctl.remote import parallel_hosts
-from swarmctl.remote.parallel_hosts import Event, Finished, Note
+from swarmctl.remote.parallel_hosts import Event, Finished, Note, Stop
 from swarmctl.remote.transport import Channel, HostError, Kind, Session, Target, Transport, WorkerSession
 
 MARK = "! "  # before a line of standard error
@@ -57,13 +57,20 @@ def shell_command(words: Sequence[str]) -> str:
 
 
 def run(
-    targets: Iterable[Target], command: str, transport: Transport, *, parallel: int, follow: bool = False
+    targets: Iterable[Target],
+    command: str,
+    transport: Transport,
+    *,
+    parallel: int,
+    follow: bool = False,
+    stop: Stop | None = None,
 ) -> Generator[Event[Ran], None, None]:
     """Run ``command`` on every target by the login shell of its account, without standard input or terminal.
 
     If ``follow``, each line is a ``Note`` as it comes, those of standard error after ``MARK``, and the
     results have no output; otherwise a host that prints more than ``LIMIT`` bytes on a stream gets an error.
-    Who stops reading the events ends the command everywhere: by SIGTERM, 5 s later by SIGKILL.
+    Who stops reading the events ends the command everywhere: by SIGTERM, 5 s later by SIGKILL. So does the
+    second request of ``stop``.
     """
     ahead = threading.Semaphore(_AHEAD)
     line = f"exec /bin/sh -c {shlex.quote(_SCRIPT)} sh {shlex.quote(command)}"
@@ -78,7 +85,7 @@ def run(
         with session.channel(line, limit=1 << 30) as channel:
             return _followed(channel, target.host, say) if follow else _collected(channel, target.host)
 
-    for event in parallel_hosts.run(targets, work, transport=transport, parallel=parallel):
+    for event in parallel_hosts.run(targets, work, transport=transport, parallel=parallel, stop=stop):
         yield event
         if isinstance(event, Note):
             ahead.release()

@@ -67,14 +67,16 @@ def programs_of_trials(context: RuleContext) -> Iterator[Diagnostic]:
 
 @rule("EXP002", "EXP004")
 def criteria(context: RuleContext) -> Iterator[Diagnostic]:
-    """A criterion of success whose topic is not recorded, has no poses, or that nothing publishes."""
+    """A criterion whose topic has no poses, that nothing publishes, or that `success` does not record."""
     for name, experiment in context.spec.experiments.items():
-        for place, one in enumerate(experiment.success):
+        keys = (("until", experiment.until), ("success", experiment.success))
+        for key, place, one in ((key, *each) for key, given in keys for each in enumerate(given)):
             topic = f"/{one.topic.strip('/')}"
-            loc = ("experiments", name, "success", place)
+            loc = ("experiments", name, key, place)
             types = set(context.publishers.of(topic).values())
-            moves = next((key for key in ("reached", "distance") if getattr(one, key) is not None), None)
-            if not any(fnmatchcase(topic, pattern) for pattern in experiment.record):
+            moves = next((part for part in ("reached", "distance") if getattr(one, part) is not None), None)
+            recorded = any(fnmatchcase(topic, pattern) for pattern in experiment.record)
+            if key == "success" and not recorded:
                 yield Diagnostic(
                     "EXP002",
                     f"experiment `{name}` judges `{topic}`, which it does not record",

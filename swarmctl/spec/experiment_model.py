@@ -33,10 +33,11 @@ class Goal(Model):
 
 
 class Criterion(Model):
-    """What the messages of one topic show if a trial succeeds: all that is written here."""
+    """What the messages of one topic show since the start of a trial: all that is written here."""
 
     topic: GraphName = Field(
-        description="A recorded topic. Poses of odometry count from where the robot stood at the start.",
+        description="A topic, for `success` a recorded one. Poses of odometry count from where the robot "
+        "stood at the start.",
         examples=["k3/odom"],
     )
     reached: Goal | None = Field(
@@ -88,6 +89,11 @@ class Experiment(Model):
     )
     duration: Annotated[float, Unit("s")] = Field(
         gt=0, le=86_400, description="Time of a trial, after which its robots stop.", examples=[60.0]
+    )
+    until: tuple[Criterion, ...] = Field(
+        (),
+        description="A trial ends before its `duration` once messages show all of this.",
+        examples=[[{"topic": "k3/odom", "distance": 1.0}]],
     )
     trials: int = Field(1, ge=1, le=1000, description="How many trials.", examples=[10])
     record: tuple[Printable, ...] = Field(

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from swarmctl.capsule.bag_files import bags_in
-from swarmctl.capsule.bag_reader import DamagedBag, opened, planar
+from swarmctl.capsule.bag_reader import DamagedBag, opened
+from swarmctl.capsule.trajectory import planar
 from swarmctl.swarm.topic_island import MotionTopics
 
 #: Time, s since 1970; pose in m, m, rad; driven and commanded, each m/s and rad/s; battery, 0 to 1.

@@ -115,9 +115,9 @@ class Idle(TrialHosts):
 
     def __init__(self) -> None:
         self._swarm: Any = SimpleNamespace(name="lab")
-        self._experiment: Any = SimpleNamespace(record=(), programs=())
+        self._experiment: Any = SimpleNamespace(record=(), programs=(), until=())
         self._targets, self._once, self._parallel = {}, {}, 2
-        self._connect = self._recording = lambda: None  # type: ignore[method-assign]
+        self._connect = self._recording = lambda **_: None  # type: ignore[method-assign]
         self._look = lambda: LOOK
 
     def _ready(self, number: int) -> Trial:
@@ -127,7 +127,7 @@ class Idle(TrialHosts):
 
     def _start(self, trial: Trial) -> None: ...
 
-    def _watch(self) -> None: ...
+    def _watch(self, topics: object) -> None: ...
 
     def _stop(self) -> Iterator[Any]:
         return iter(())

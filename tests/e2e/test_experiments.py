@@ -40,7 +40,6 @@ experiments:
     record: ["*/odom"]
 """
 RESET = """
-programs:
   back:
     host: koala-laptop
     command:
@@ -139,9 +138,14 @@ def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, not
     assert verified.status == exit_codes.OK, verified.out
 
 
-def test_a_program_brings_the_robots_back_between_trials(swarm: LabSwarm, tmp_path: Path) -> None:
-    text = (EXPERIMENT % 5).replace("    trials: 2\n", "    trials: 2\n    reset: back\n")
-    spec = swarm.variant("back", (CONTROL, CONTROL + text + RESET.replace("\nprograms:\n", "")))
+def test_trials_end_at_a_place_and_begin_where_a_program_brings_the_robots_back(
+    swarm: LabSwarm, tmp_path: Path
+) -> None:
+    ends = "    reset: back\n    until: [{topic: k3/odom, distance: 0.15}]\n"
+    text = (EXPERIMENT % 60).replace("    trials: 2\n", f"    trials: 2\n{ends}")
+    spec = swarm.variant(
+        "back", (CONTROL, CONTROL + text.replace("\nexperiments:", f"{RESET}\nexperiments:"))
+    )
     assert swarm.deploy(spec).status == exit_codes.OK
     run = swarm.swarmctl("run", "ahead", "--out", str(tmp_path), "--json", spec=spec)
     assert run.status == exit_codes.OK, run.err
@@ -149,11 +153,13 @@ def test_a_program_brings_the_robots_back_between_trials(swarm: LabSwarm, tmp_pa
     ways = []
     for one in run.json()["trials"]:
         (bag,) = Path(one["capsule"]).glob("bags/k3-pi*.bag")
+        index = capsules.read(Path(one["capsule"]))
+        assert index.ended - index.began < index.seconds, "it does not wait for its time"
         ways.append([message.pose.pose.position.x for _, _, message in messages(bag, "/k3/odom")])
     first, second = ways
-    assert first[0] < first[-1], "ahead"
+    assert first[0] + 0.15 <= first[-1], "ahead"
     assert second[0] < first[-1], "and back, before the second trial"
-    assert second[0] < second[-1], "and ahead again"
+    assert second[0] + 0.15 <= second[-1], "and ahead again"
 
 
 def test_a_program_of_trials_runs_in_trials_alone(swarm: LabSwarm, tmp_path: Path) -> None:

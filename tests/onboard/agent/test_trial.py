@@ -138,9 +138,7 @@ def test_a_trial_that_does_not_begin_starts_no_program_of_trials(
     assert (allowed(home), UNIT in old.units()) == (False, False)
 
 
-def test_a_program_that_has_ended_in_a_trial_is_seen(
-    home: Home, old: FakeHost, report: Report
-) -> None:
+def test_a_program_that_has_ended_in_a_trial_is_seen(home: Home, old: FakeHost, report: Report) -> None:
     trial_guard.arm(home, "me", [], [UNIT], 3600.0)
     assert trial.handle(start_at(0.0, units=()), b"", report).ended == {}
     (old.prefix / "units" / UNIT).unlink()
