@@ -138,7 +138,7 @@ def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, not
     assert verified.status == exit_codes.OK, verified.out
 
 
-def test_trials_end_at_a_place_and_begin_where_a_program_brings_the_robots_back(
+def test_a_trial_ends_by_a_topic_and_a_program_brings_robots_back(
     swarm: LabSwarm, tmp_path: Path
 ) -> None:
     ends = "    reset: back\n    until: [{topic: k3/odom, distance: 0.15}]\n"
