@@ -47,11 +47,12 @@ _POLL = 1.0  # s
 
 
 class TrialHosts:
-    """The hosts on which the trials of an experiment run."""
+    """The hosts on which the trials of an experiment run; ``name``: of the experiment."""
 
     def __init__(
         self,
         swarm: Swarm,
+        name: str,
         experiment: Experiment,
         targets: Mapping[str, Target],
         connect: Callable[..., Transport],
@@ -60,7 +61,7 @@ class TrialHosts:
         complete: Callable[[str], str],
         parallel: int,
     ) -> None:
-        self._swarm, self._experiment = swarm, experiment
+        self._swarm, self._name, self._experiment = swarm, name, experiment
         self._targets, self._connect, self._look = targets, connect, look
         self._complete, self._parallel = complete, parallel
         robots = experiment.robots or tuple(swarm.robots)
@@ -143,7 +144,7 @@ class TrialHosts:
         self._targets, self._robots = self._all
         with interruptible():
             try:
-                _require_started(self._begin({}, {host: [unit]}, _RESET)[1])
+                _require_started(self._begin(f"{self._name}, reset", {}, {host: [unit]}, _RESET)[1])
                 ended, end = "", time.monotonic() + _RESET
                 with console.err().status(f"program {name} resets the robots; Ctrl-C stops them"):
                     while not ended and time.monotonic() < end:
@@ -260,30 +261,32 @@ class TrialHosts:
         return live(self._swarm, self._experiment.until, self._targets, transport)
 
     def _start(self, trial: Trial) -> None:
-        trial.clocks, results = self._begin(self._units, self._once, self._experiment.duration)
+        name, seconds = f"{self._name}, trial {trial.number}", self._experiment.duration
+        trial.clocks, results = self._begin(name, self._units, self._once, seconds)
         answers = {host: one for host, one in results.items() if not isinstance(one, HostError)}
         trial.began = {host: one.began for host, one in answers.items() if one.deployed}
         _require_started(results)
 
     def _begin(
-        self, units: Mapping[str, list[str]], once: Mapping[str, list[str]], seconds: float
+        self, name: str, units: Mapping[str, list[str]], once: Mapping[str, list[str]], seconds: float
     ) -> tuple[dict[str, Clock], dict[str, trial_verb.Answer | HostError]]:
         """Lets all hosts start at one instant; returns their clocks and answers. Raises ``TrialError``."""
         hosts = list(dict.fromkeys((*self._robots, *units, *once)))
         targets = {host: self._targets[host] for host in hosts}
-        name, transport = self._swarm.name, self._connect()
-        found = _answers(trial_start.seen(name, targets, transport, parallel=len(hosts)))
+        swarm, transport = self._swarm.name, self._connect()
+        found = _answers(trial_start.seen(swarm, targets, transport, parallel=len(hosts)))
         clocks = {host: one.clock for host, one in found.items()}
         at, who = trial_start.instant(clocks, _LEAD), operators.this_one()
         wanted = {
             host: trial_verb.Request(
-                name,
+                swarm,
                 who,
                 self._robots.get(host, []),
                 units.get(host, []),
                 once.get(host, []),
                 at,
                 seconds,
+                name,
             )
             for host in hosts
         }

@@ -33,9 +33,9 @@ def status(seen: Status, age: float) -> dict[str, Any]:
 
 
 def telemetry(note: Telemetry) -> dict[str, Any]:
-    """How the robots of a host move, and whose device is missing."""
+    """How the robots of a host move, whose device is missing, and the trial that goes on there."""
     robots = {name: one._asdict() for name, one in note.robots.items()}
-    return {"robots": robots, "missing": note.missing}
+    return {"robots": robots, "missing": note.missing, "trial": note.trial, "left": note.left}
 
 
 def _finding(one: Finding) -> dict[str, Any]:

@@ -6,8 +6,9 @@ const KEPT = 60; // s of the plot
 const UNKNOWN = { pose: null, driven: null, commanded: null, commander: "", trouble: "", held: false, battery: null, missing: false, since: 0 };
 const robots = new Map(); // by name: as UNKNOWN, with when it was reported and its history; times in ms
 let plot = null;
+let trial = null; // the one that goes on: its name, when it ends and when a host last said so, ms
 
-/** Takes a message of one host: {robots, missing}. */
+/** Takes a message of one host: {robots, missing, trial, left}. */
 function takeTelemetry(message) {
   const at = clock();
   for (const name of new Set([...Object.keys(message.robots), ...message.missing])) {
@@ -19,10 +20,20 @@ function takeTelemetry(message) {
     while (now.history[0]?.at < at - 1000 * KEPT) now.history.shift();
     robots.set(name, { ...now, since: changed ? at : before.since });
   }
+  if (message.trial) trial = { name: message.trial, end: at + 1000 * message.left, at };
   if (!look) return;
   showStates();
   showState();
 }
+
+/** The trial that goes on, and the time that is left. */
+function showTrial() {
+  const place = document.getElementById("trial");
+  place.hidden = !trial || clock() - trial.at > FRESH;
+  if (!place.hidden) place.textContent = `${trial.name}: ${Math.max(0, Math.ceil((trial.end - clock()) / 1000))} s left`;
+}
+
+setInterval(showTrial, 250);
 
 /** The last report of a robot; null if it is old. */
 function reportOf(name) {

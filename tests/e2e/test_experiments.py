@@ -138,9 +138,7 @@ def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, not
     assert verified.status == exit_codes.OK, verified.out
 
 
-def test_a_trial_ends_by_a_topic_and_a_program_brings_robots_back(
-    swarm: LabSwarm, tmp_path: Path
-) -> None:
+def test_a_trial_ends_by_a_topic_and_a_program_brings_robots_back(swarm: LabSwarm, tmp_path: Path) -> None:
     ends = "    reset: back\n    until: [{topic: k3/odom, distance: 0.15}]\n"
     text = (EXPERIMENT % 60).replace("    trials: 2\n", f"    trials: 2\n{ends}")
     spec = swarm.variant(

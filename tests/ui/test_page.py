@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import math
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -121,6 +122,15 @@ def test_a_finding_leads_to_its_robot_with_cause_symptoms_and_remedy(shown: tupl
     expect(details).to_contain_text("Symptoms:")
     expect(details).to_contain_text("/k3/odom")
     expect(node(page, "robot:k3")).to_have_attribute("aria-pressed", "true")
+
+
+def test_a_trial_shows_its_countdown_while_hosts_tell_of_it(shown: tuple[Page, Pages]) -> None:
+    page, pages = shown
+    expect(page.locator("#trial")).to_be_hidden()
+    pages.send("telemetry", {"robots": {}, "missing": [], "trial": "circles, trial 3", "left": 34.0})
+    pages.send("telemetry", {"robots": {}, "missing": [], "trial": "", "left": 0.0})
+    expect(page.locator("#trial")).to_have_text(re.compile("^circles, trial 3: 3[34] s left$"))
+    expect(page.locator("#trial")).to_be_hidden()
 
 
 def test_the_keyboard_alone_is_enough(shown: tuple[Page, Pages]) -> None:

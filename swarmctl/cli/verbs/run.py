@@ -92,10 +92,10 @@ def run(
         releases.check(experiment)
         for number in (one for one in numbers if one not in known):
             if done:
-                _between(where, number, _hosts(operators, releases, experiment), experiment)
+                _between(where, number, _hosts(operators, releases, name), experiment.reset)
             own = place / f"{number:03}-{time.strftime('%Y%m%d-%H%M%S')}"
             values = varied[(number - 1) % len(varied)]
-            done[own] = found = _run(operators, releases, values, experiment, number, own)
+            done[own] = found = _run(operators, releases, values, name, number, own)
             try:
                 found.judged = trial_capsule.judged(own, experiment, found)
             except KeyboardInterrupt:
@@ -141,11 +141,11 @@ def experiment_of(spec: Spec, name: str) -> Experiment:
     return spec.experiments[name]
 
 
-def _between(where: Where, number: int, hosts: TrialHosts, experiment: Experiment) -> None:
+def _between(where: Where, number: int, hosts: TrialHosts, reset: str | None) -> None:
     """Has the robots brought back to their places: by the program of `reset`, or by a person."""
     from swarmctl.cli.trial import TrialError
 
-    if experiment.reset is not None:
+    if reset is not None:
         try:
             hosts.reset()
         except TrialError as error:
@@ -154,9 +154,7 @@ def _between(where: Where, number: int, hosts: TrialHosts, experiment: Experimen
         typer.prompt("place the robots, then press Enter", default="", show_default=False, err=True)
 
 
-def _run(
-    operators: Where, releases: Releases, values: Values, experiment: Experiment, number: int, folder: Path
-) -> Trial:
+def _run(operators: Where, releases: Releases, values: Values, name: str, number: int, folder: Path) -> Trial:
     from swarmctl.cli.trial import TrialError
     from swarmctl.views.capsule import parameters_text
 
@@ -165,9 +163,9 @@ def _run(
     try:
         (folder / "bags").mkdir(parents=True)
         if not releases.has(values):
-            _hosts(operators, releases, experiment).stand()
+            _hosts(operators, releases, name).stand()
             releases.deploy(values)
-        return _hosts(operators, releases, experiment).run(number, folder)
+        return _hosts(operators, releases, name).run(number, folder)
     except OSError as error:
         console.fail(console.cannot_write(error, folder))
     except TrialError as error:
@@ -177,7 +175,7 @@ def _run(
         console.fail(f"trial {number} did not begin: {error}", code=exit_codes.UNHEALTHY)
 
 
-def _hosts(operators: Where, releases: Releases, experiment: Experiment) -> TrialHosts:
+def _hosts(operators: Where, releases: Releases, name: str) -> TrialHosts:
     from swarmctl.cli import ssh_targets, swarm_look
     from swarmctl.cli.trial_hosts import TrialHosts
 
@@ -187,7 +185,7 @@ def _hosts(operators: Where, releases: Releases, experiment: Experiment) -> Tria
         wanted, targets, ssh_targets.transport(), window=options.WINDOW, parallel=where.parallel
     )
     return TrialHosts(
-        wanted.swarm, experiment, targets, ssh_targets.transport, look,
+        wanted.swarm, name, wanted.document.spec.experiments[name], targets, ssh_targets.transport, look,
         complete=operators.complete, parallel=where.parallel,
     )  # fmt: skip
 

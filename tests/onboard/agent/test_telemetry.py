@@ -6,6 +6,8 @@ import io
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent import trial_guard
+from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.verbs import telemetry
 from swarm_onboard.agent.verbs.telemetry import RobotTelemetry, Telemetry
@@ -56,4 +58,13 @@ def test_a_driver_that_answers_nonsense_costs_its_own_numbers(host: Path) -> Non
 
 
 def test_a_host_without_drivers_sends_that() -> None:
-    assert sent()[-1] == Telemetry({}, [], [])
+    assert sent()[-1] == Telemetry({}, [], [], "", 0.0)
+
+
+def test_the_trial_that_goes_on_has_its_name_and_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trial_guard.boot, "now", lambda: 100.0)
+    home = home_of(SWARM)
+    going_on = trial_guard.trial_of(home, "circles, trial 3", "me", robots=[], units=[], seconds=31.0)
+    monkeypatch.setattr(trial_guard, "going_on", lambda _: going_on)
+    note = sent()[-1]
+    assert (note.trial, note.left) == ("circles, trial 3", 31.0 - trial_guard.GRACE)

@@ -139,7 +139,8 @@ def test_a_trial_that_does_not_begin_starts_no_program_of_trials(
 
 
 def test_a_program_that_has_ended_in_a_trial_is_seen(home: Home, old: FakeHost, report: Report) -> None:
-    trial_guard.arm(home, "me", [], [UNIT], 3600.0)
+    going_on = trial_guard.trial_of(home, "", "me", robots=[], units=[UNIT], seconds=3600.0)
+    trial_guard.arm(home, going_on)
     assert trial.handle(start_at(0.0, units=()), b"", report).ended == {}
     (old.prefix / "units" / UNIT).unlink()
     assert set(trial.handle(start_at(0.0, units=()), b"", report).ended) == {UNIT}

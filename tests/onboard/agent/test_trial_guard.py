@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from os import kill
 from pathlib import Path
@@ -46,6 +46,11 @@ def home(old: FakeHost, monkeypatch: pytest.MonkeyPatch) -> Iterator[Home]:
             kill(one, signal.SIGKILL)
 
 
+def arm(home: Home, robots: list[str], seconds: float, units: Sequence[str] = ()) -> None:
+    trial = trial_guard.trial_of(home, "t", "me", robots=robots, units=list(units), seconds=seconds)
+    trial_guard.arm(home, trial)
+
+
 def guards(host: FakeHost) -> list[int]:
     return [int(one) for one in (host.prefix / "guards").read_text().split()]
 
@@ -61,7 +66,7 @@ def runs(number: int) -> bool:
 
 
 def test_the_end_of_the_time_latches_the_robots(home: Home) -> None:
-    trial_guard.arm(home, "me", ["koala", "k3"], [], 0.1)
+    arm(home, ["koala", "k3"], 0.1)
     wait_for(lambda: ended(home))
     assert {one.who for one in stop_latches.closed(home).values()} == {"me"}
     assert set(stop_latches.closed(home)) == {"koala", "k3"}
@@ -69,7 +74,7 @@ def test_the_end_of_the_time_latches_the_robots(home: Home) -> None:
 
 def test_it_ends_once_drivers_hold_their_robots(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_GUARD", "1")
-    trial_guard.arm(home, "me", ["koala"], [], 0.0)
+    arm(home, ["koala"], 0.0)
     with running(Path(home.prefix), "koala", swarm="new", measured=False, zero_at=1.0) as commands:
         assert robot_motion.ask(robot_motion.sockets(home), PATIENCE, bool)
         assert not commands.held
@@ -80,7 +85,7 @@ def test_it_ends_once_drivers_hold_their_robots(home: Home, monkeypatch: pytest.
 def test_a_stop_by_the_operator_ends_it_early(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
     """So robots that are released by hand after a trial was given up stay released."""
     monkeypatch.setenv("NO_GUARD", "1")
-    trial_guard.arm(home, "me", ["koala", "k3"], [], LONG)
+    arm(home, ["koala", "k3"], LONG)
     due = [["koala"], ["k3"]]
     monkeypatch.setattr(
         trial_guard.time, "sleep", lambda _: stop_latches.close(home, due.pop(0), Latch("operator", 1.0))
@@ -97,7 +102,7 @@ def test_units_of_trials_end_with_it_and_wait_for_the_next(
 ) -> None:
     monkeypatch.setenv("NO_GUARD", "1")
     trial_units.allow(home, [UNIT])
-    trial_guard.arm(home, "me", robots, [UNIT], 0.0)
+    arm(home, robots, 0.0, [UNIT])
     trial_guard.run(home)
     assert ended(home)
     assert not Path(home.outside(trial_file(UNIT))).exists()
@@ -118,7 +123,7 @@ def test_robots_that_still_wait_for_their_start_do_not_end_it(
 ) -> None:
     monkeypatch.setenv("NO_GUARD", "1")
     stop_latches.close(home, ["koala"], Latch("operator", 1.0))
-    trial_guard.arm(home, "me", ["koala"], [], LONG)
+    arm(home, ["koala"], LONG)
     armed: list[bool] = []
 
     def sleep(_: float) -> None:
@@ -134,15 +139,15 @@ def test_robots_that_still_wait_for_their_start_do_not_end_it(
 
 
 def test_the_guard_of_an_earlier_trial_ends(home: Home, old: FakeHost) -> None:
-    trial_guard.arm(home, "me", ["koala"], [], LONG)
-    trial_guard.arm(home, "me", ["k3"], [], 0.1)
+    arm(home, ["koala"], LONG)
+    arm(home, ["k3"], 0.1)
     assert "stop -- swarm-trial@new.service" in old.calls()
     wait_for(lambda: ended(home))
     assert set(stop_latches.closed(home)) == {"k3"}
 
 
 def test_a_guard_whose_trial_is_gone_latches_nothing(home: Home, old: FakeHost) -> None:
-    trial_guard.arm(home, "me", ["koala"], [], LONG)
+    arm(home, ["koala"], LONG)
     trial_guard.disarm(home)
     wait_for(lambda: not runs(guards(old)[0]))
     assert stop_latches.closed(home) == {}
@@ -150,7 +155,7 @@ def test_a_guard_whose_trial_is_gone_latches_nothing(home: Home, old: FakeHost) 
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_a_boot_in_the_middle_of_a_trial_latches_its_robots(home: Home, old: FakeHost, number: int) -> None:
-    trial_guard.arm(home, "me", ["koala"], [], LONG)
+    arm(home, ["koala"], LONG)
     kill(guards(old)[0], signal.SIGKILL)
     old.boot(number)
     assert old.recover() == 0
@@ -163,7 +168,7 @@ def test_robots_take_part_until_they_are_stopped_or_their_host_boots(
 ) -> None:
     monkeypatch.setenv("NO_GUARD", "1")
     assert trial_guard.released(home) == []
-    trial_guard.arm(home, "me", ["koala", "k3"], [], LONG)
+    arm(home, ["koala", "k3"], LONG)
     assert trial_guard.released(home) == ["koala", "k3"]
     stop_latches.close(home, ["koala"], Latch("me", 0.0))
     assert trial_guard.released(home) == ["k3"]
@@ -174,12 +179,12 @@ def test_robots_take_part_until_they_are_stopped_or_their_host_boots(
 
 def test_a_robot_that_a_person_releases_leaves_the_trial(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_GUARD", "1")
-    trial_guard.arm(home, "me", ["koala", "k3"], [], LONG)
+    arm(home, ["koala", "k3"], LONG)
     trial_guard.leave(home, ["k3", "epuck"])
     assert trial_guard.released(home) == ["koala"]
     trial_guard.leave(home, ["koala"])
     assert ended(home)
-    trial_guard.arm(home, "me", ["koala"], [UNIT], LONG)
+    arm(home, ["koala"], LONG, [UNIT])
     trial_guard.leave(home, ["koala"])
     assert not ended(home), "its unit ends with the trial all the same"
 

@@ -21,14 +21,19 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Iterable
 
+GRACE = 1.0  # s after a trial for the operator to stop the robots
 _LOOK = 0.5  # s between two looks at the latches
 _STOP = 3.0  # s for robots to stand
 _CODE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
 class Trial(NamedTuple):
-    """At ``until``, s since the boot ``boot_id``, ``robots`` are latched for ``who``, and ``units`` end."""
+    """At ``until``, s since the boot ``boot_id``, ``robots`` are latched for ``who``, and ``units`` end.
 
+    ``name`` is for people.
+    """
+
+    name: str
     who: str
     robots: list[str]
     units: list[str]
@@ -45,13 +50,19 @@ def unit(home: Home) -> str:
     return f"swarm-trial@{home.swarm}.service"
 
 
-def arm(home: Home, who: str, robots: list[str], units: list[str], seconds: float) -> None:
+def trial_of(
+    home: Home, name: str, who: str, *, robots: list[str], units: list[str], seconds: float
+) -> Trial:
+    """Returns a trial that ends after ``seconds``."""
+    return Trial(name, who, robots, units, boot.identity(home), boot.now() + seconds)
+
+
+def arm(home: Home, trial: Trial) -> None:
     """Starts the guard, in place of that of an earlier trial, and returns once it runs.
 
-    After ``seconds`` the robots are latched, and the units end. Raises ``FailedError`` and ``OSError``.
+    Raises ``FailedError`` and ``OSError``.
     """
     systemd.stop([unit(home)])
-    trial = Trial(who, robots, units, boot.identity(home), boot.now() + seconds)
     files.write_json(home.trial_file, trial._asdict())
     properties = {
         "Type": "notify",
@@ -73,8 +84,8 @@ def arm(home: Home, who: str, robots: list[str], units: list[str], seconds: floa
 
 def ended(home: Home) -> dict[str, str]:
     """Returns the units of the trial that goes on that have ended, each with systemd's result."""
-    trial = _read(home)
-    return trial_units.ended(trial.units) if trial is not None and trial.left(home) else {}
+    trial = going_on(home)
+    return trial_units.ended(trial.units) if trial is not None else {}
 
 
 def disarm(home: Home) -> None:
@@ -82,10 +93,16 @@ def disarm(home: Home) -> None:
     files.remove(home.trial_file)
 
 
-def released(home: Home) -> list[str]:
-    """Returns the robots that nobody has stopped in the trial that goes on; none after a boot in it."""
+def going_on(home: Home) -> Trial | None:
+    """Returns the trial that goes on; none after its time, or after a boot in it."""
     trial = _read(home)
-    if trial is None or not trial.left(home):
+    return trial if trial is not None and trial.left(home) else None
+
+
+def released(home: Home) -> list[str]:
+    """Returns the robots that nobody has stopped in the trial that goes on."""
+    trial = going_on(home)
+    if trial is None:
         return []
     latched = stop_latches.stamps(home, trial.robots)
     return [one for one in trial.robots if one not in latched]

@@ -9,7 +9,7 @@ import os
 import time
 from functools import partial
 
-from swarm_onboard.agent import control_groups, json_text, robot_motion
+from swarm_onboard.agent import control_groups, json_text, robot_motion, trial_guard
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import home_of
 from swarm_onboard.agent.rpc import Report
@@ -52,11 +52,16 @@ class RobotTelemetry(NamedTuple):
 
 
 class Telemetry(NamedTuple):
-    """A note: the robots that answer, those whose device is ``missing``, the ``units`` that run."""
+    """A note: the robots that answer, those whose device is ``missing``, the ``units`` that run.
+
+    ``trial``: the name of the one that goes on, or empty text; ``left``: s until its end.
+    """
 
     robots: dict[str, RobotTelemetry]
     missing: list[str]
     units: list[str]
+    trial: str
+    left: float
 
 
 class Answer(NamedTuple):
@@ -75,10 +80,13 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
     while due < end:
         sockets = robot_motion.sockets(home)
         answers = robot_motion.ask(sockets, _ANSWERS_WITHIN, partial(_all_of, len(sockets)))
+        trial = trial_guard.going_on(home)
         note = Telemetry(
             {robot: _of(answer) for robot, answer in answers.items()},
             [robot for robot, path in request.devices.items() if not os.path.exists(path)],
             list(control_groups.of_swarm(home.swarm)),
+            trial.name if trial is not None else "",
+            round(max(0.0, trial.left(home) - trial_guard.GRACE), 1) if trial is not None else 0.0,
         )
         report.note(json_text.dumps(note))
         sent += 1

@@ -23,6 +23,7 @@ from swarm_onboard.agent.manifest import unit_names
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import Home, home_of
 from swarm_onboard.agent.rpc import Report
+from swarm_onboard.agent.texts import clipped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 _AHEAD = 30.0  # s, at most
 _LONGEST = 1e6  # s
-_GRACE = 1.0  # s for the operator to stop the robots
+_GRACE = 1.0  # s
 _LAST = 0.05  # s before the instant: from here on nobody is waited for
 _LOOK, _FINE = 0.25, 0.0003  # s
 _ANSWERS_WITHIN = 0.2  # s
@@ -42,7 +43,7 @@ class Request(NamedTuple):
     """At ``at``, s since 1970, release ``robots`` for ``seconds`` and start ``units``, stopped until then.
 
     ``once``: units that run in trials alone, and end with this one; with ``at`` 0 they end, and nothing
-    else is done.
+    else is done. ``name``: of the trial, for people.
     """
 
     swarm: str
@@ -52,6 +53,7 @@ class Request(NamedTuple):
     once: list[str]
     at: float
     seconds: float
+    name: str = ""
     wait: float = 2.0
     run: str = ""
 
@@ -172,9 +174,15 @@ def _guarded(home: Home, request: Request) -> Iterator[None]:
     try:
         if guarded:
             recovery_unit.install(home)
-            seconds = request.at - time.time() + request.seconds + _GRACE
-            who = lock.operator_in(request)
-            trial_guard.arm(home, who, request.robots, request.once, seconds)
+            trial = trial_guard.trial_of(
+                home,
+                clipped(request.name),
+                lock.operator_in(request),
+                robots=request.robots,
+                units=request.once,
+                seconds=request.at - time.time() + request.seconds + trial_guard.GRACE,
+            )
+            trial_guard.arm(home, trial)
         if time.time() > request.at:
             raise FailedError("this host was not ready before the start", _LATER)
         yield
