@@ -9,8 +9,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+import typer
+
 from swarmctl.capsule.capsule_index import plain
-from swarmctl.cli import console, deploy_steps, left_hosts, rollout_output, swarm_look
+from swarmctl.cli import console, deploy_steps, exit_codes, left_hosts, rollout_output, swarm_look
 from swarmctl.cli.trial import TrialError
 from swarmctl.spec import trial_parameters
 from swarmctl.views.escape import printable
@@ -55,6 +57,8 @@ class Releases:
                 again = self._own[0].command("deploy")
                 console.show(f"hosts may still have the parameters of a trial; `{again}`", error=True)
             self._folder.cleanup()
+        if not self.restored and isinstance(error, typer.Exit):
+            raise typer.Exit(exit_codes.HOSTS_FAILED)
 
     def has(self, values: Values) -> bool:
         """Returns whether hosts have the spec with these parameters."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from swarmctl.cli import swarm_look, trial_release
+from swarmctl.cli import exit_codes, swarm_look, trial_release
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.cli.trial import TrialError
 from swarmctl.cli.trial_release import Releases
@@ -94,6 +94,19 @@ def test_a_release_that_may_have_stayed_is_named(
         monkeypatch.setattr(trial_release, "deploy", fails)
     assert not found.restored
     assert "hosts may still have the parameters of a trial; `swarmctl deploy" in capsys.readouterr().err
+
+
+def test_what_may_have_stayed_has_its_exit_code(
+    where: Made, deployed: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise TrialError("k3-pi: away")
+
+    with pytest.raises(typer.Exit) as caught, releases(where()) as found:
+        found.deploy(FAST)
+        monkeypatch.setattr(trial_release, "deploy", fails)
+        raise typer.Exit(exit_codes.UNHEALTHY)  # the trial did not begin
+    assert caught.value.exit_code == exit_codes.HOSTS_FAILED
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,13 @@ import shlex
 import subprocess
 import tarfile
 import time
+from pathlib import Path
 
 import pytest
 
+from swarmctl.capsule import folder as capsules
 from swarmctl.cli import exit_codes
+from tests.e2e.bags import forget
 from tests.e2e.conducted import Tried
 from tests.e2e.experiment import EXAMPLES, STILL, Experiment
 from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, Note, moves, until
@@ -133,6 +136,36 @@ class TestCentral(Tried):
         experiment.lab.shell("k3-pi", "sudo systemctl stop swarm-newswarm.square")
         experiment.seconds_to_rest()
         super().test_the_gamepad_drives_its_robots_and_no_others(experiment, note, promise)
+
+    def test_a_program_of_trials_drives_until_a_topic_ends_them(
+        self, experiment: Experiment, tmp_path: Path
+    ) -> None:
+        lab = experiment.lab
+        spec = lab.variant(
+            "until",
+            ("    optional: true\n\ncontrol:", "    optional: true\n    lifecycle: trial\n\ncontrol:"),
+            (
+                "    robots: [koala, k3, epuck]\n",
+                "    robots: [k3]\n    until: [{topic: k3/odom, distance: 0.1}]\n",
+            ),
+            ("      - {topic: koala/odom, distance: 0.2}\n", ""),
+            ("      - {topic: epuck/odom, distance: 0.2}\n", ""),
+            ("k3/odom, distance: 0.2", "k3/odom, distance: 0.1"),
+        )
+        try:
+            assert lab.deploy(spec).status == exit_codes.OK
+            experiment.stands("k3", 2.0)
+            place = ("--out", str(tmp_path))
+            run = lab.swarmctl("run", "own-programs", "--trial", "1", *place, "--json", spec=spec)
+            assert run.status == exit_codes.OK, run.err
+            (kept,) = run.json()["trials"]
+            index = capsules.read(Path(kept["capsule"]))
+            assert index.success is True
+            assert index.ended - index.began < index.seconds, "it does not wait for its time"
+        finally:
+            lab.swarmctl("start")
+            forget(lab)
+            assert lab.deploy(None).status == exit_codes.OK
 
     def test_a_command_from_another_computer_does_not_move_the_khepera(self, experiment: Experiment) -> None:
         with experiment.lab.publishing(LEADER, "k3", 0.1):
