@@ -102,7 +102,8 @@ def test_what_may_have_stayed_has_its_exit_code(
     def fails(*_: object) -> None:
         raise TrialError("k3-pi: away")
 
-    with pytest.raises(typer.Exit) as caught, releases(where()) as found:
+    ends = pytest.raises(typer.Exit)
+    with ends as caught, releases(where()) as found:
         found.deploy(FAST)
         monkeypatch.setattr(trial_release, "deploy", fails)
         raise typer.Exit(exit_codes.UNHEALTHY)  # the trial did not begin
