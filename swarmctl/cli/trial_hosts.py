@@ -108,7 +108,7 @@ class TrialHosts:
                     trial.fail(printable(trouble))
                 if self._experiment.record:
                     self._fetch(recording, folder / "bags", trial)
-                self._look_back(trial, folder / "logs")
+                self._look_back(trial, folder)
             except (KeyboardInterrupt, typer.Exit):
                 trial.interrupt()
         return trial
@@ -120,12 +120,16 @@ class TrialHosts:
                 why = host["error"]["message"] if host["error"] else f"ended: {host['ended']}"
                 trial.fail(printable(f"the recording on {host['host']}: {why}"))
 
-    def _look_back(self, trial: Trial, logs: Path) -> None:
+    def _look_back(self, trial: Trial, folder: Path) -> None:
         name, parallel = self._swarm.name, self._parallel
         error = max((one.error for one in trial.clocks.values()), default=0.0)
+        began, ended = trial.start - error, trial.ended
         trial_logs.fetch(
-            name, self._targets, self._connect(), logs,
-            began=trial.start - error, ended=trial.ended, parallel=parallel,
+            name, self._targets, self._connect(), folder / "logs", began=began, ended=ended, parallel=parallel
+        )
+        trial_logs.fetch_commands(
+            name, self._targets, self._connect(), folder / "commands.json", began=began, ended=ended,
+            ahead={host: one.ahead for host, one in trial.clocks.items()}, parallel=parallel,
         )  # fmt: skip
         known = {row.name: row.release or "" for row in trial.before.status.hosts}
         trial.systems = host_systems.systems(name, known, self._targets, self._connect(), parallel=parallel)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,10 +13,12 @@ import pytest
 from swarmctl.cli import trial_logs
 from swarmctl.cli.trial import Trial
 from swarmctl.cli.trial_hosts import TrialHosts
+from swarmctl.deploy.host_records import HostRecords
 from swarmctl.deploy.trial_start import Clock
 from swarmctl.health.host_logs import Entry, HostLog
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import Look, Status
+from swarmctl.plan.command_history import Record, Span, Start
 from swarmctl.remote.parallel_hosts import Finished, Note
 from swarmctl.remote.transport import HostError, Kind, Target
 
@@ -97,6 +100,37 @@ def test_ctrl_c_leaves_the_logs_that_are_there(fetched: Any, tmp_path: Path) -> 
     with pytest.raises(KeyboardInterrupt):
         fetched({"pi": HostLog([], 0.0, cut=False), "laptop": KeyboardInterrupt()})
     assert (tmp_path / "logs/pi.log").exists()
+
+
+def test_commands_of_the_trial_are_kept_by_the_clock_of_their_host(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def span(at: float, seconds: float | None, node: str) -> Span:
+        return Span(at, "joystick", node, "10.0.0.1", seconds, ongoing=False)
+
+    spans = (
+        span(BEGAN + 99, 0.5, "/before"),
+        span(BEGAN + 99, 30.0, "/into"),
+        span(BEGAN + 100, None, "/within"),
+        span(ENDED + 101, 1.0, "/after"),
+    )
+    starts = (Start(BEGAN + 99, "a" * 16, (), changed=True, cut=0),)
+    found = HostRecords([], {"k3": Record((*starts, *spans)), "koala": Record(problem="is damaged\x1b[2J")})
+    outcomes = {"pi": found, "away": HostError(Kind.UNREACHABLE, "away: no answer")}
+    monkeypatch.setattr(
+        trial_logs, "command_records", lambda *_, **__: [Finished(*one, 0.0) for one in outcomes.items()]
+    )
+    file, targets, transport = tmp_path / "commands.json", dict[str, Target](), Any
+    trial_logs.fetch_commands(
+        "lab", targets, transport, file,  # type: ignore[arg-type]
+        began=BEGAN, ended=ENDED, ahead={"pi": 100.0}, parallel=2,
+    )  # fmt: skip
+    rows = json.loads(file.read_text("utf-8"))
+    assert [(one["robot"], one["node"]) for one in rows] == [("k3", "/into"), ("k3", "/within")]
+    assert capsys.readouterr().err.splitlines() == [
+        "warning: not known who commanded robots of away: no answer",
+        "warning: the record of who commanded koala on pi is damaged\\x1b[2J",
+    ]
 
 
 LOOK = Look(Status("lab", (), Diagnosis(())), BEGAN, 1.0)

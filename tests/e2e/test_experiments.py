@@ -131,6 +131,8 @@ def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, not
         assert way[0] < way[-1], "the bag begins before the robot moves, and has its way"
         assert json.loads((folder / "status-after.json").read_text("utf-8"))["healthy"]
         assert {log.stem for log in folder.glob("logs/*.log")} == set(swarm.hosts)
+        commands = json.loads((folder / "commands.json").read_text("utf-8"))
+        assert {one["robot"] for one in commands if one["event"] == "commanded"} == set(DRIVEN)
         log = (folder / "logs/k3-pi.log").read_text("utf-8")
         assert [line for line in log.splitlines() if re.match(r"\S+Z k3 +\w+ +\S", line)], "of the driver"
         assert all(host.python and "-ros-" in host.platform for host in index.hosts.values()), index.hosts
