@@ -161,8 +161,7 @@ class TrialHosts:
             name, self._targets, self._connect(), logs,
             began=trial.start - error, ended=trial.ended, parallel=parallel,
         )  # fmt: skip
-        known = {row.name: row.release or "" for row in trial.before.status.hosts}
-        trial.systems = host_systems.systems(name, known, self._targets, self._connect(), parallel=parallel)
+        trial.systems = host_systems.systems(self._swarm, self._targets, self._connect(), parallel=parallel)
 
     def stand(self) -> None:
         """Stops the robots. Raises ``TrialError`` if one does not stand; optional hosts may be away."""
