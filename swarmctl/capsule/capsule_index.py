@@ -141,10 +141,11 @@ class Judged(Model):
 
 
 class File(Model):
-    """What a file has to contain."""
+    """What a file has to contain, and whether it may be executed, which a copy can lose; None: unknown."""
 
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     bytes: int = Field(ge=0, lt=1 << 63)
+    executable: bool | None = None
 
 
 class Index(Model):

@@ -73,7 +73,7 @@ def test_a_truncated_index_is_refused(tmp_path: Path, index: dict[str, Any]) -> 
 
 
 RIGHT = (
-    *((True, one) for one in ("changed", "v", "success", "met")),
+    *((True, one) for one in ("changed", "v", "success", "met", "executable")),
     *(([], one) for one in ("judged", "devices", "ports")),
     (-1, "ahead"),
 )
