@@ -61,11 +61,11 @@ def write(folder: Path, trial: Trial, experiment: str, releases: Releases, *, ha
 
 def judged(folder: Path, experiment: Experiment, trial: Trial) -> list[Judged]:
     """Returns what the bags show of a trial, from its start on; a bag that cannot be read is named."""
-    from swarmctl.capsule.bag_topics import read
-    from swarmctl.capsule.success import judge
-
     if not experiment.success:
         return []
+    from swarmctl.capsule.bag_topics import read  # needs what `extras` asks for
+    from swarmctl.capsule.success import judge
+
     wanted = {full_name(one.topic) for one in experiment.success}
     found = read(folder / "bags", wanted, lambda host: trial.began.get(host, trial.start))
     for trouble in found.troubles:

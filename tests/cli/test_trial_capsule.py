@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -12,6 +14,7 @@ from swarmctl.capsule import folder as capsules
 from swarmctl.cli import trial_capsule
 from swarmctl.cli.trial import Trial
 from swarmctl.deploy.robot_stop import RobotStop
+from swarmctl.spec.experiment_model import Experiment
 from swarmctl.swarm.resolve import resolve
 from tests.deploy.test_host_systems import KNOWN, SPEC
 from tests.loading import load_checked
@@ -19,6 +22,18 @@ from tests.loading import load_checked
 HOSTS = [
     SimpleNamespace(name=name, address=f"192.0.2.{number}", release="") for number, name in enumerate("ab")
 ]
+
+
+def test_without_criteria_nothing_is_needed_to_read_bags(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [one for one in sys.modules if one.startswith(("rosbags", "swarmctl.capsule.bag_"))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    trial = cast(Any, SimpleNamespace(began={}, start=1.0))
+    assert trial_capsule.judged(tmp_path, Experiment(duration=5), trial) == []
+    with pytest.raises(ModuleNotFoundError):
+        importlib.import_module("swarmctl.capsule.bag_reader")
 
 
 @pytest.mark.parametrize(("hashes", "serial"), [(False, "A1004xyz"), (True, "sha256:98057965c4da037a")])
