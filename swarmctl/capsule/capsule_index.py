@@ -114,7 +114,7 @@ class Robot(Model):
     """A robot, and the proof of its stop at the end; ``seconds``: how long it took to stand.
 
     ``port``: the device that its driver has, such as ``/dev/ttyUSB0``; ``firmware``: the version that it has
-    told its driver.
+    sent to its driver.
     """
 
     host: Word

@@ -21,12 +21,12 @@ _DIGITS = 16  # of a hash
 def systems(
     swarm: Swarm, targets: Mapping[str, Target], transport: Transport, *, parallel: int
 ) -> dict[str, System]:
-    """Returns the system of each host that answers, without what it was not asked for."""
+    """Returns the system of each host that answers, without what was not requested."""
     made = bundles(swarm)
     requests = {host: system.Request(swarm.name, made[host].asks, _robots(swarm, host)) for host in targets}
     found = results_of(ask_each(system.handle, requests, targets, transport, parallel=parallel))
     answers = {host: one for host, one in found.items() if not isinstance(one, HostError)}
-    return {host: _asked(one, requests[host]) for host, one in answers.items()}
+    return {host: _requested(one, requests[host]) for host, one in answers.items()}
 
 
 def with_hashes(one: System) -> System:
@@ -46,7 +46,7 @@ def _robots(swarm: Swarm, host: str) -> dict[str, str]:
     return {name: line.path if line else "" for name, line in own.items()}
 
 
-def _asked(answer: System, request: system.Request) -> System:
+def _requested(answer: System, request: system.Request) -> System:
     return answer._replace(
         devices=[one._replace(ports=one.ports[:_MOST_DEVICES]) for one in answer.devices[:_MOST_DEVICES]],
         packages=_of(answer.packages, {one.removeprefix("package:") for one in request.requires}),

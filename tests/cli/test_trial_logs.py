@@ -11,6 +11,7 @@ import pytest
 
 from swarmctl.cli import trial_logs
 from swarmctl.cli.trial import Trial, TrialHosts
+from swarmctl.deploy import host_systems
 from swarmctl.deploy.trial_start import Clock
 from swarmctl.health.host_logs import Entry, HostLog
 from swarmctl.health.root_cause import Diagnosis
@@ -135,6 +136,7 @@ class Idle(TrialHosts):
 def test_ctrl_c_while_logs_are_fetched_leaves_the_trial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(host_systems, "systems", lambda *_, **__: {})
     assert Idle().run(1, tmp_path).outcome == "completed"
 
     def interrupted(*_: object, **__: object) -> None:

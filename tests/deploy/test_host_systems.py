@@ -1,4 +1,4 @@
-"""The systems of hosts, as their agents know them: of those that answer, and what they were asked for."""
+"""The systems of hosts, as their agents know them: of those that answer, and what was requested."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_each_host_that_answers_has_its_system(
     assert found["a"].kernel.startswith(os.uname().release)
 
 
-def test_what_a_host_was_not_asked_for_is_left_out(swarm: Swarm, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_was_not_requested_is_left_out(swarm: Swarm, monkeypatch: pytest.MonkeyPatch) -> None:
     many = dict.fromkeys(("k3", "koala", "\x1b[2J"), "1")
     hostile = KNOWN._replace(
         devices=[ADAPTER._replace(ports=["/dev/ttyUSB0"] * 5000)] * 5000,

@@ -1,4 +1,4 @@
-"""What a host tells of its kernel, hardware and packages, and its robots' firmwares, below another root."""
+"""What a host knows of its kernel, hardware, packages and its robots' firmwares, below another root."""
 
 from __future__ import annotations
 
@@ -57,13 +57,13 @@ def plug_in(host: Path) -> None:
     (host / "dev/koala").symlink_to("ttyUSB0")
 
 
-def asked(*requires: str, **robots: str) -> system.Answer:
+def found_for(*requires: str, **robots: str) -> system.Answer:
     return system.handle(system.Request(SWARM, requires, robots), b"", Report("n"))
 
 
 def test_the_usb_devices_of_a_host_and_the_port_of_its_robot(host: Path) -> None:
     plug_in(host)
-    found = asked(koala="/dev/koala", k3="/dev/k3", cart="")
+    found = found_for(koala="/dev/koala", k3="/dev/k3", cart="")
     assert [one._replace(name=one.name[:20]) for one in found.devices] == [
         UsbDevice("10c4", "ea60", "x" * 20, "", []),
         UsbDevice("0403", "6001", "FTDI FT232R USB UART", "A1004xyz", ["/dev/ttyUSB0"]),
@@ -88,16 +88,16 @@ def test_the_usb_devices_of_a_host_and_the_port_of_its_robot(host: Path) -> None
 def test_the_model_of_a_board_or_computer(host: Path, files: dict[str, str], model: str) -> None:
     for path, text in files.items():
         write(host, path, text)
-    assert asked().model == model
+    assert found_for().model == model
 
 
 def test_packages_that_are_there_have_their_versions(host: Path) -> None:
     write(host, "opt/ros/noetic/share/joy/package.xml", "<package><version>1.15.1</version></package>")
     write(host, "usr/share/odd/package.xml", "<package><version>new</version></package>")
-    assert asked("rospy", "package:joy", "package:odd", "package:absent").packages == {"joy": "1.15.1"}
+    assert found_for("rospy", "package:joy", "package:odd", "package:absent").packages == {"joy": "1.15.1"}
 
 
-def test_only_a_firmware_that_a_robot_has_told_is_there(host: Path) -> None:
+def test_only_a_firmware_that_a_robot_has_sent_is_there(host: Path) -> None:
     with running(host, "koala", firmware="5,1"), running(host, "k3", firmware=""), running(host, "cart"):
-        assert asked(koala="", k3="", cart="", epuck="").firmware == {"koala": "5,1"}
-        assert asked(k3="").firmware == {}
+        assert found_for(koala="", k3="", cart="", epuck="").firmware == {"koala": "5,1"}
+        assert found_for(k3="").firmware == {}

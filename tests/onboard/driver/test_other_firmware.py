@@ -86,7 +86,7 @@ def test_the_firmware_that_knows_them_is_sent_all_queries(type_name: str, reques
 
 
 @pytest.mark.parametrize("version", [b"", b"v,\r\n"])
-def test_a_firmware_that_is_not_told_is_none(version: bytes) -> None:
+def test_a_firmware_that_is_not_sent_is_none(version: bytes) -> None:
     class Nameless(EPuck):
         texts: ClassVar[Mapping[str, Callable[..., bytes]]] = {**EPuck.texts, "V": lambda robot, _: version}
 

@@ -79,7 +79,7 @@ def test_a_sketch_that_is_not_the_specs_is_reported():
     assert ready().report.values["firmware"] == "0123456789ab"
 
 
-def test_the_firmware_of_a_board_that_was_silent_is_known_once_it_names_it_again():
+def test_the_firmware_of_a_board_that_was_silent_is_unknown():
     bench = ready()
     assert bench.driver.motion()["firmware"] == "0123456789ab"
     bench.robot.silent = True

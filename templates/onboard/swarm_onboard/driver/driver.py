@@ -129,7 +129,7 @@ class Driver:
 
         ``zero_at``: when a zero was last confirmed; ``still_since``: by the counters of the wheels;
         ``idle_since``: the latest of its start, the last command and the last turn of a wheel; ``battery``:
-        how full it is, 0 to 1; ``firmware``: its version, empty if the robot has not told it.
+        how full it is, 0 to 1; ``firmware``: its version, empty if the robot has not sent it.
         """
         connection = self._connection
         known = connection is not None and connection.since is not None

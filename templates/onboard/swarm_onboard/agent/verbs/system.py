@@ -31,7 +31,7 @@ class Answer(NamedTuple):
     """``platform``: as in ``platforms.platform``; ``kernel``: release and version, as uname(2) has them;
     ``model``: of the board or computer, empty if unknown; ``packages``: the version of each that is there and
     has one; ``ports``: the device of each robot's that is there; ``firmware``: by robot, as far as it has
-    told its driver."""
+    sent it to its driver."""
 
     platform: str
     python: str
