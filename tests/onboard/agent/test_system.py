@@ -14,7 +14,7 @@ from swarm_onboard.agent.verbs import system
 from tests.onboard.agent.test_stop import SWARM, running
 
 BUS = "sys/devices/pci0000:00/usb1"
-HUB, ADAPTER, LIDAR = f"{BUS}/1-1", f"{BUS}/1-1/1-1.2", f"{BUS}/1-1/1-1.10"
+HUB, ADAPTER, LIDAR = f"{BUS}/1-1", f"{BUS}/1-1/1-1.10", f"{BUS}/1-1/1-1.1"
 ATTRIBUTES: dict[str, dict[str, Any]] = {
     HUB: {"idVendor": "05e3", "idProduct": "0608", "bDeviceClass": "09"},
     ADAPTER: {
@@ -41,7 +41,7 @@ def plug_in(host: Path) -> None:
     for folder, attributes in ATTRIBUTES.items():
         for name, value in attributes.items():
             write(host, f"{folder}/{name}", f"{value}\n")
-    port = f"{ADAPTER}/1-1.2:1.0/ttyUSB0/tty/ttyUSB0"
+    port = f"{ADAPTER}/1-1.10:1.0/ttyUSB0/tty/ttyUSB0"
     (host / port).mkdir(parents=True)
     for folder in ("sys/bus/usb/devices", "sys/class/tty"):
         (host / folder).mkdir(parents=True)
@@ -49,8 +49,8 @@ def plug_in(host: Path) -> None:
         (host / "sys/bus/usb/devices" / Path(one).name).symlink_to(
             os.path.relpath(one, "sys/bus/usb/devices")
         )
-    (host / "sys/bus/usb/devices/1-1.2:1.0").symlink_to(
-        os.path.relpath(f"{ADAPTER}/1-1.2:1.0", "sys/bus/usb/devices")
+    (host / "sys/bus/usb/devices/1-1.10:1.0").symlink_to(
+        os.path.relpath(f"{ADAPTER}/1-1.10:1.0", "sys/bus/usb/devices")
     )
     (host / "sys/class/tty/ttyUSB0").symlink_to(os.path.relpath(port, "sys/class/tty"))
     write(host, "dev/ttyUSB0", "")
