@@ -77,11 +77,25 @@ class Clock(Model):
     error: Seconds
 
 
+class UsbDevice(Model):
+    """A USB device. ``vendor`` and ``product``: its ids, in hexadecimal; ``serial``: its serial number.
+
+    With ``--hash-serials`` that is ``sha256:`` and the first 16 digits of its SHA-256.
+    """
+
+    vendor: Text
+    product: Text
+    name: Text
+    serial: Text
+    ports: list[Text] = Field(max_length=1000)
+
+
 class Host(Model):
     """A host of the trial; ``began``: when it started the programs, by its ``clock``.
 
     ``platform``: Linux distribution, machine and ROS, such as ``debian-12-x86_64-ros-1.15.15``; ``python``:
-    its version. Both are empty if the host did not answer after the trial.
+    its version; ``kernel``: release and version; ``model``: of the board or computer; ``packages``: the
+    versions of what its drivers and programs need. All are empty if the host did not answer after the trial.
     """
 
     address: Text = ""
@@ -90,16 +104,26 @@ class Host(Model):
     clock: Clock | None = None
     platform: Text = ""
     python: Text = ""
+    kernel: Text = ""
+    model: Text = ""
+    devices: list[UsbDevice] = Field([], max_length=1000, description="At its USB, without hubs.")
+    packages: Mapping[Word, Text] = Field({}, max_length=10_000)
 
 
 class Robot(Model):
-    """A robot, and the proof of its stop at the end; ``seconds``: how long it took to stand."""
+    """A robot, and the proof of its stop at the end; ``seconds``: how long it took to stand.
+
+    ``port``: the device that its driver has, such as ``/dev/ttyUSB0``; ``firmware``: the version that it has
+    sent to its driver.
+    """
 
     host: Word
     type: Word
     state: Text
     proof: Text
     seconds: Seconds | None
+    port: Text = ""
+    firmware: Text = ""
 
 
 class Judged(Model):
@@ -117,10 +141,11 @@ class Judged(Model):
 
 
 class File(Model):
-    """What a file has to contain."""
+    """What a file has to contain, and whether it may be executed, which a copy can lose; None: unknown."""
 
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     bytes: int = Field(ge=0, lt=1 << 63)
+    executable: bool | None = None
 
 
 class Index(Model):

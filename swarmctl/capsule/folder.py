@@ -100,7 +100,7 @@ def _difference(file: Path, wanted: File | None) -> str:
     if wanted is None:
         return "was added"
     try:
-        if file.lstat().st_size == wanted.bytes and _described(file) == wanted:
+        if file.lstat().st_size == wanted.bytes and _described(file).sha256 == wanted.sha256:
             return ""
     except OSError as error:
         return f"cannot be read: {error.strerror}"
@@ -128,10 +128,11 @@ def _entries(folder: Path) -> Iterator[tuple[str, str]]:
 def _described(file: Path) -> File:
     digest, size = hashlib.sha256(), 0
     with _opened(file) as stream:
+        executable = bool(os.fstat(stream.fileno()).st_mode & stat.S_IXUSR)
         while piece := stream.read(_PIECE):
             digest.update(piece)
             size += len(piece)
-    return File(sha256=digest.hexdigest(), bytes=size)
+    return File(sha256=digest.hexdigest(), bytes=size, executable=executable)
 
 
 def _opened(file: Path) -> BinaryIO:

@@ -44,6 +44,9 @@ def replayed(where: Where, capsule: Path) -> Iterator[tuple[Where, Index]]:
         pins = path_beside(operators), path_beside(own)
         try:
             shutil.copytree(capsule / "spec", Path(place, "spec"))
+            for path, file in index.files.items():
+                if path.startswith("spec/") and file.executable is not None:
+                    Path(place, path).chmod(0o700 if file.executable else 0o600)
             shutil.rmtree(own.with_name(FOLDER), ignore_errors=True)
             for there, here in (pins, (operators.with_name(keys), own.with_name(keys))):
                 here.unlink(missing_ok=True)

@@ -11,6 +11,7 @@ from swarmctl.capsule import folder as capsules
 from swarmctl.capsule.capsule_index import CapsuleError
 from swarmctl.capsule.git_state import git_state
 from swarmctl.cli import console, trial_spec
+from swarmctl.deploy.host_systems import with_hashes
 from swarmctl.remote import operators
 from swarmctl.swarm.topic_island import full_name
 from swarmctl.version import __version__
@@ -19,10 +20,11 @@ if TYPE_CHECKING:
     from swarmctl.capsule.capsule_index import Judged
     from swarmctl.cli.trial import Trial
     from swarmctl.cli.trial_release import Releases
+    from swarmctl.deploy.host_systems import System
     from swarmctl.spec.experiment_model import Experiment
 
 
-def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> None:
+def write(folder: Path, trial: Trial, experiment: str, releases: Releases, *, hash_serials: bool) -> None:
     """Makes a folder, which has the bags already, the capsule of a trial.
 
     Ends the program if it cannot be written.
@@ -40,7 +42,8 @@ def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> No
         made = bundles(wanted.swarm)
         (folder / "sbom.json").write_text(cyclonedx(wanted.swarm, made), "utf-8")
         spec = trial_spec.write(folder, wanted.document, files)
-        facts = _facts(trial, {name: one.type_name for name, one in wanted.swarm.robots.items()})
+        types = {name: one.type_name for name, one in wanted.swarm.robots.items()}
+        facts = _facts(trial, types, hash_serials=hash_serials)
         own = {
             "swarm": wanted.swarm.name,
             "experiment": experiment,
@@ -58,11 +61,11 @@ def write(folder: Path, trial: Trial, experiment: str, releases: Releases) -> No
 
 def judged(folder: Path, experiment: Experiment, trial: Trial) -> list[Judged]:
     """Returns what the bags show of a trial, from its start on; a bag that cannot be read is named."""
-    from swarmctl.capsule.bag_topics import read
-    from swarmctl.capsule.success import judge
-
     if not experiment.success:
         return []
+    from swarmctl.capsule.bag_topics import read  # needs what `extras` asks for
+    from swarmctl.capsule.success import judge
+
     wanted = {full_name(one.topic) for one in experiment.success}
     found = read(folder / "bags", wanted, lambda host: trial.began.get(host, trial.start))
     for trouble in found.troubles:
@@ -70,12 +73,30 @@ def judged(folder: Path, experiment: Experiment, trial: Trial) -> list[Judged]:
     return judge(experiment.success, found.topics)
 
 
-def _facts(trial: Trial, types: Mapping[str, str]) -> dict[str, Any]:
+def _system(known: System | None, *, hash_serials: bool) -> dict[str, Any]:
+    """What the index has of a host's system."""
+    if known is None:
+        return {}
+    one = with_hashes(known) if hash_serials else known
+    return {
+        "platform": one.platform, "python": one.python, "kernel": one.kernel, "model": one.model,
+        "devices": [device._asdict() for device in one.devices], "packages": one.packages,
+    }  # fmt: skip
+
+
+def _of_robot(trial: Trial, host: str, robot: str) -> dict[str, str]:
+    known = trial.systems.get(host)
+    if known is None:
+        return {}
+    return {"port": known.ports.get(robot, ""), "firmware": known.firmware.get(robot, "")}
+
+
+def _facts(trial: Trial, types: Mapping[str, str], *, hash_serials: bool) -> dict[str, Any]:
     hosts = {
         row.name: {
             "address": row.address, "release": row.release or "", "began": trial.began.get(row.name),
             "clock": trial.clocks[row.name]._asdict() if row.name in trial.clocks else None,
-            **(trial.systems[row.name]._asdict() if row.name in trial.systems else {}),
+            **_system(trial.systems.get(row.name), hash_serials=hash_serials),
         }
         for row in trial.before.status.hosts
     }  # fmt: skip
@@ -83,6 +104,7 @@ def _facts(trial: Trial, types: Mapping[str, str]) -> dict[str, Any]:
         one.robot: {
             "host": one.host, "type": types[one.robot],
             "state": one.state, "proof": one.proof, "seconds": one.seconds,
+            **_of_robot(trial, one.host, one.robot),
         }
         for one in trial.stops
     }  # fmt: skip

@@ -131,8 +131,7 @@ class TrialHosts:
             name, self._targets, self._connect(), folder / "commands.json", began=began, ended=ended,
             ahead={host: one.ahead for host, one in trial.clocks.items()}, parallel=parallel,
         )  # fmt: skip
-        known = {row.name: row.release or "" for row in trial.before.status.hosts}
-        trial.systems = host_systems.systems(name, known, self._targets, self._connect(), parallel=parallel)
+        trial.systems = host_systems.systems(self._swarm, self._targets, self._connect(), parallel=parallel)
 
     def stand(self) -> None:
         """Stops the robots. Raises ``TrialError`` if one does not stand; optional hosts may be away."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import shutil
 import time
@@ -67,6 +68,7 @@ def up(plan: LabPlan, progress: Progress) -> None:
 
     ``progress`` gets a line per step. Raises ``LabError``.
     """
+    os.umask(0o022)  # of what hosts have, whatever the operator's is
     processes.require("ip", "mount", "setpriv", "ssh", "ssh-keygen", "systemd-nspawn", "unshare")
     for robot in plan.robots:
         preparation.check_emulator(robot)

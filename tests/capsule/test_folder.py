@@ -7,6 +7,7 @@ import os
 import stat
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -40,6 +41,18 @@ def test_an_interrupted_trial_without_git_has_an_index(tmp_path: Path) -> None:
     write(filled(tmp_path), about)
     assert read(tmp_path).cause == "Ctrl-C"
     assert read(tmp_path).hosts["k3-pi"].address == ""
+
+
+def test_an_index_of_before_hardware_was_in_it_is_read(capsule: Path) -> None:
+    def without(index: dict[str, Any]) -> None:
+        for field in ("kernel", "model", "devices", "packages"):
+            del index["hosts"]["k3-pi"][field]
+        for field in ("port", "firmware"):
+            del index["robots"]["k3"][field]
+
+    edit(capsule, without)
+    index = read(capsule)
+    assert (index.hosts["k3-pi"].devices, index.robots["k3"].firmware) == ([], "")
 
 
 def test_texts_of_hosts_are_escaped(tmp_path: Path) -> None:

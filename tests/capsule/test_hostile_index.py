@@ -32,6 +32,15 @@ MORE = {
     "parameters": {"wander": {"places": {"start": ["door", "left"]}}},
     "success": False,
     "judged": [{"topic": "k3/odom", "condition": "distance", "wanted": 1, "found": 0.4, "met": False}],
+    "hosts": {
+        "k3-pi": {
+            **ABOUT["hosts"]["k3-pi"],
+            "devices": [
+                {"vendor": "0403", "product": "6001", "name": "", "serial": "A1", "ports": ["/dev/ttyUSB0"]}
+            ],
+            "packages": {"joy": "1.15.1"},
+        }
+    },
 }
 
 
@@ -63,7 +72,11 @@ def test_a_truncated_index_is_refused(tmp_path: Path, index: dict[str, Any]) -> 
         refused(tmp_path, data[:end])
 
 
-RIGHT = ((True, "changed"), (True, "v"), (True, "success"), (True, "met"), ([], "judged"), (-1, "ahead"))
+RIGHT = (
+    *((True, one) for one in ("changed", "v", "success", "met", "executable")),
+    *(([], one) for one in ("judged", "devices", "ports")),
+    (-1, "ahead"),
+)
 VALUES = ([], True, -1, 1e300)  # of a parameter
 
 

@@ -19,6 +19,7 @@ from swarmctl.version import __version__
 from tests.capsule.trial_folder import ABOUT
 from tests.in_process import swarmctl
 from tests.loading import load_swarm
+from tests.ros_packages.packages import manifest
 
 EXPERIMENT = """
 programs:
@@ -37,12 +38,15 @@ def capsule(leader_spec: Path, tmp_path: Path) -> Path:
     files = folder / "spec/swarm.yaml", folder / "spec/1-parameters.yaml"
     for file, text in zip(files, (leader_spec.read_text("utf-8") + EXPERIMENT, FASTER), strict=True):
         file.write_text(text, "utf-8")
-    swarm, _ = load_swarm(*files)
-    assert swarm is not None
-    made = bundles(swarm)
-    hosts = {name: {"release": one.digest, "began": None} for name, one in made.items()}
-    write(folder, about(hosts))
+    with_index(folder)
     return folder
+
+
+def with_index(folder: Path) -> None:
+    swarm, found = load_swarm(*(folder / one for one in about({})["spec"]))
+    assert swarm is not None, found
+    made = bundles(swarm)
+    write(folder, about({name: {"release": one.digest, "began": None} for name, one in made.items()}))
 
 
 def about(hosts: dict[str, Any], version: str = __version__) -> dict[str, Any]:
@@ -88,6 +92,28 @@ def test_the_spec_of_the_capsule_is_deployed_and_its_trial_begins(
     assert ran.returncode == exit_codes.UNHEALTHY
     files = (capsule / "spec/swarm.yaml", capsule / "spec/1-parameters.yaml")
     assert seen == ["stand", [one.read_text("utf-8") for one in files], "# pinned\n", 2]
+
+
+@pytest.mark.parametrize("lost", [0o644, 0o755, 0o400])
+def test_a_copy_without_modes_gives_the_same_releases(
+    capsule: Path, operators: Path, monkeypatch: pytest.MonkeyPatch, lost: int
+) -> None:
+    def begin(_: TrialHosts) -> None:
+        raise TrialError("enough")
+
+    monkeypatch.setattr(TrialHosts, "stand", begin)
+    with (capsule / "spec/swarm.yaml").open("a", encoding="utf-8") as file:
+        file.write("packages: {moves: {from: ./moves}}\n")
+    scripts = capsule / "spec/moves/scripts"
+    scripts.mkdir(parents=True)
+    (scripts.parent / "package.xml").write_text(manifest("moves"))
+    (scripts / "square.py").write_text("#!/usr/bin/env python3\n")
+    (scripts / "square.py").chmod(0o755)
+    with_index(capsule)
+    for one in (scripts / "square.py", scripts.parent / "package.xml"):
+        one.chmod(lost)
+    ran = swarmctl("run", str(operators), "--replay", str(capsule))
+    assert "trial 2 did not begin: enough" in ran.stderr, ran.stderr
 
 
 @pytest.mark.parametrize(

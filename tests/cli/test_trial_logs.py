@@ -13,6 +13,7 @@ import pytest
 from swarmctl.cli import trial_logs
 from swarmctl.cli.trial import Trial
 from swarmctl.cli.trial_hosts import TrialHosts
+from swarmctl.deploy import host_systems
 from swarmctl.deploy.host_records import HostRecords
 from swarmctl.deploy.trial_start import Clock
 from swarmctl.health.host_logs import Entry, HostLog
@@ -173,6 +174,7 @@ class Idle(TrialHosts):
 def test_ctrl_c_while_logs_are_fetched_leaves_the_trial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(host_systems, "systems", lambda *_, **__: {})
     assert Idle().run(1, tmp_path).outcome == "completed"
 
     def interrupted(*_: object, **__: object) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import signal
@@ -10,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from swarm_onboard.agent import hardware
 
 from swarmctl.capsule import folder as capsules
 from swarmctl.cli import exit_codes
@@ -136,6 +138,13 @@ def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, not
         log = (folder / "logs/k3-pi.log").read_text("utf-8")
         assert [line for line in log.splitlines() if re.match(r"\S+Z k3 +\w+ +\S", line)], "of the driver"
         assert all(host.python and "-ros-" in host.platform for host in index.hosts.values()), index.hosts
+        systems = {(host.kernel, host.model) for host in index.hosts.values()}
+        here = os.uname()
+        assert systems == {(f"{here.release} {here.version}", hardware.model(str))}, (
+            "a lab's are this machine's"
+        )
+        assert all(robot.port for robot in index.robots.values()), index.robots
+        assert (index.robots["k3"].firmware, index.robots["koala"].firmware) == ("2,1", "5.00,1.00")
     verified = swarm.run("capsule", "verify", *(one["capsule"] for one in trials))
     assert verified.status == exit_codes.OK, verified.out
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
@@ -58,8 +59,10 @@ def plan(before: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> La
 @pytest.fixture(scope="module")
 def tiny(plan: LabPlan) -> Iterator[str]:
     place = paths.lab_paths(plan.name)
+    umask = os.umask(0o077)  # of an operator whose files are nobody else's
     with booted(plan) as name:
         yield name
+    os.umask(umask)
     assert left_of(place) == []
 
 

@@ -54,6 +54,12 @@ def run(
             "SPEC is for the pinned keys beside it.",
         ),
     ] = None,
+    hash_serials: Annotated[
+        bool,
+        typer.Option(
+            "--hash-serials", help="Write hashes of the serial numbers of USB devices into the capsules."
+        ),
+    ] = False,
     json: options.Json = False,
 ) -> None:
     """Run the trials of an experiment, each kept as a capsule.
@@ -100,7 +106,7 @@ def run(
                 found.judged = trial_capsule.judged(own, experiment, found)
             except KeyboardInterrupt:
                 found.interrupt()
-            trial_capsule.write(own, found, name, releases)
+            trial_capsule.write(own, found, name, releases, hash_serials=hash_serials)
             if key is not None and (unsigned := sign(own, key)):
                 console.show(f"warning: {own} is not signed: {unsigned}", error=True)
             if not json:

@@ -82,3 +82,14 @@ def test_the_firmware_that_knows_them_is_sent_all_queries(type_name: str, reques
     assert "left out" not in report.message
     assert report.values["firmware"].startswith("Version 1.2.2 August 2008 GCtronic")
     assert report.values["failed exchanges"] == "0"
+    assert bench.driver.motion()["firmware"] == report.values["firmware"]
+
+
+@pytest.mark.parametrize("version", [b"", b"v,\r\n"])
+def test_a_firmware_that_is_not_sent_is_none(version: bytes) -> None:
+    class Nameless(EPuck):
+        texts: ClassVar[Mapping[str, Callable[..., bytes]]] = {**EPuck.texts, "V": lambda robot, _: version}
+
+    bench = driven("epuck", Nameless)
+    assert bench.sink.reports[-1].values["firmware"] == "unknown"
+    assert bench.driver.motion()["firmware"] == ""

@@ -79,6 +79,18 @@ def test_a_sketch_that_is_not_the_specs_is_reported():
     assert ready().report.values["firmware"] == "0123456789ab"
 
 
+def test_the_firmware_of_a_board_that_was_silent_is_unknown():
+    bench = ready()
+    assert bench.driver.motion()["firmware"] == "0123456789ab"
+    bench.robot.silent = True
+    bench.run(20.0)
+    assert bench.driver.motion()["firmware"] == ""
+    bench.robot.silent, bench.robot.firmware = False, ""
+    bench.run(20.0)
+    assert bench.driver.phase is Phase.READY
+    assert bench.driver.motion()["firmware"] == ""
+
+
 @pytest.mark.parametrize(
     ("announces", "complaint"),
     [

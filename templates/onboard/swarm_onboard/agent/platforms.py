@@ -34,10 +34,8 @@ def ros(outside: Callable[[str], str]) -> str:
         (outside("/usr"), "ros"),
     ):
         for package in _PACKAGES:
-            content = files.read(f"{root}/share/{package}/package.xml") or b""
-            version = _version(content.decode("utf-8", "replace"))
-            if version:
-                return f"{name}-{version}"
+            if found := version(f"{root}/share/{package}/package.xml"):
+                return f"{name}-{found}"
     return ""
 
 
@@ -49,6 +47,15 @@ def distributions(outside: Callable[[str], str]) -> list[str]:
         return []
 
 
+def version(manifest: str) -> str:
+    """Returns the version in the file of a package.xml (REP 127, REP 140), or no text."""
+    for part in (files.read(manifest) or b"").decode("utf-8", "replace").split("<version")[1:]:
+        found = part.partition(">")[2].partition("<")[0].strip()
+        if found and not found.strip("0123456789.") and found[0] != ".":
+            return found[:21]
+    return ""
+
+
 def _entries(text: str) -> Iterator[tuple[str, str]]:
     """Yields the assignments of os-release(5) whose values are words, without quotes."""
     for line in text.splitlines():
@@ -56,12 +63,3 @@ def _entries(text: str) -> Iterator[tuple[str, str]]:
         word = value.strip().strip("\"'")
         if not word or is_name(word, "._-", 100):
             yield key, word
-
-
-def _version(manifest: str) -> str:
-    """Returns the version in a package.xml (REP 127, REP 140), or no text."""
-    for part in manifest.split("<version")[1:]:
-        version = part.partition(">")[2].partition("<")[0].strip()
-        if version and not version.strip("0123456789.") and version[0] != ".":
-            return version[:21]
-    return ""

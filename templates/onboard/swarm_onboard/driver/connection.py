@@ -12,6 +12,7 @@ from swarm_onboard.driver.kinematics import Odometry
 from swarm_onboard.driver.session import Sink
 from swarm_onboard.driver.tally import Tally
 
+UNKNOWN = "unknown"  # a firmware that the robot has not named
 FIRST_RETRY, LAST_RETRY = 0.2, 5.0  # s between two attempts to connect, doubled from the one to the other
 
 

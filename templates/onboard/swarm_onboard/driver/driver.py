@@ -16,7 +16,14 @@ from swarm_onboard.command.report import Level, Report
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.driver.actuators import ActuatorSettings
 from swarm_onboard.driver.config import Config
-from swarm_onboard.driver.connection import FIRST_RETRY, LAST_RETRY, Connection, ConnectionContext, Readable
+from swarm_onboard.driver.connection import (
+    FIRST_RETRY,
+    LAST_RETRY,
+    UNKNOWN,
+    Connection,
+    ConnectionContext,
+    Readable,
+)
 from swarm_onboard.driver.kinematics import Odometry
 from swarm_onboard.driver.link import BytePort, LinkLostError
 from swarm_onboard.driver.live_parameters import LiveParameters
@@ -32,6 +39,7 @@ from swarm_onboard.driver.tally import Tally
 _STABLE = 5.0  # s a session must last before its loss counts as a new one
 _WARM, _WARM_PERIODS = 2.0, 2.5  # s, and periods, until a sensor's rate can be measured
 _LOW = 0.15  # of a full battery, by its voltage
+_LONGEST_FIRMWARE = 200  # characters, so that an answer fits into a datagram
 _SLOW = 0.8  # of the wanted rate, below which a sensor is reported as slow
 
 
@@ -73,7 +81,7 @@ class Driver:
         self._connection: Connection | None = None
         self._odometry = Odometry()
         self._stillness = Stillness()
-        self._firmware = "unknown"
+        self._firmware = UNKNOWN
         self._trouble = "not connected yet"
         self._attempt = 0
         self._due = self._report_due = self._taken_at = clock()
@@ -121,7 +129,7 @@ class Driver:
 
         ``zero_at``: when a zero was last confirmed; ``still_since``: by the counters of the wheels;
         ``idle_since``: the latest of its start, the last command and the last turn of a wheel; ``battery``:
-        how full it is, 0 to 1.
+        how full it is, 0 to 1; ``firmware``: its version, empty if the robot has not sent it.
         """
         connection = self._connection
         known = connection is not None and connection.since is not None
@@ -144,6 +152,7 @@ class Driver:
             "still_since": self._stillness.since(step, zero_at),
             "idle_since": idle_since,
             "battery": connection.battery() if connection is not None and known else None,
+            "firmware": _named(connection.firmware) if connection is not None and known else "",
             "trouble": "" if known else (connection.trouble if connection else "") or self._trouble,
         }
 
@@ -241,6 +250,10 @@ class Driver:
             "last error": tally.last_error,
             **({"the robot reports": tally.reported} if tally.reported else {}),
         }
+
+
+def _named(firmware: str) -> str:
+    return "" if firmware == UNKNOWN else firmware[:_LONGEST_FIRMWARE]
 
 
 def run(

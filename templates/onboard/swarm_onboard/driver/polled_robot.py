@@ -14,7 +14,7 @@ from swarm_onboard.command.report import Level
 from swarm_onboard.driver.binary_protocol import BinaryCodec
 from swarm_onboard.driver.codec import BadReplyError, Codec
 from swarm_onboard.driver.config import Config
-from swarm_onboard.driver.connection import ConnectionContext
+from swarm_onboard.driver.connection import UNKNOWN, ConnectionContext
 from swarm_onboard.driver.kinematics import STANDSTILL, Odometry
 from swarm_onboard.driver.line_protocol import LineCodec, firmware_version, overheard
 from swarm_onboard.driver.link import BytePort, Link, LinkLostError
@@ -29,7 +29,7 @@ class PolledRobot:
 
     def __init__(self, link: Link, odometry: Odometry, around: ConnectionContext) -> None:
         self.trouble = ""
-        self.firmware = "unknown"
+        self.firmware = UNKNOWN
         self._link = link
         self._odometry = odometry
         self._around = around
@@ -146,12 +146,12 @@ class PolledRobot:
             reply = self._link.twice(lambda: self._link.ask(request)) if request else None
             if request and request.trails:
                 self._link.pass_by()
-            return (reply.text if reply else "") or "unknown"
+            return (reply.text if reply else "") or UNKNOWN
         except BadReplyError as error:  # a class that cannot even ask
             self._around.tally.failed(error)
         except LinkLostError:
             pass
-        return "unknown"
+        return UNKNOWN
 
     def _set_up(self) -> Iterator[str]:
         """Prepare the robot, request by request: what is wrong with each, or nothing.

@@ -12,7 +12,7 @@ from collections import deque
 from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.command.report import Level
 from swarm_onboard.driver.config import Config
-from swarm_onboard.driver.connection import ConnectionContext
+from swarm_onboard.driver.connection import UNKNOWN, ConnectionContext
 from swarm_onboard.driver.kinematics import Odometry, Wheels, within_limits
 from swarm_onboard.driver.link import BytePort, LinkLostError
 from swarm_onboard.driver.protocols import RosserialProtocol
@@ -56,7 +56,7 @@ class Board:
         config, clock = around.config, around.clock
         self.since: float | None = None
         self.trouble = ""
-        self.firmware = "unknown"
+        self.firmware = UNKNOWN
         self._port = port
         self._config = config
         self._commands = around.commands
@@ -223,7 +223,7 @@ class Board:
         self._sink.event(Level.ERROR, lost.reason)
         self._tally.last_error = self.trouble = lost.reason
         self._tally.lost(self._clock(), lost.reason)
-        self.since = None
+        self.since, self.firmware = None, UNKNOWN  # another may have been written to it
 
     def _wanted(self) -> tuple[float, float]:
         command = self._dead_man.in_force()
