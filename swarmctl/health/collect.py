@@ -57,6 +57,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> Request:
         homes={node: one.advertised for one in island for node in nodes_of(one)},
         peers=list(peers_of(graph, host)),
         expected={name: ends for one in unmastered for name, ends in _expected(one)},
+        skippable={one.node: one.unit for one in host.programs if one.node},
         inputs=list(dict.fromkeys(topic for one in inputs_of(graph, host) for topic in one.topics)),
         provides=[
             *(name for one in host.robots for name, _ in one.provides),

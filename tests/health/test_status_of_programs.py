@@ -117,6 +117,9 @@ def test_the_nodes_of_programs_are_probed(graph: ExpectedGraph) -> None:
     assert "/joystick" in probed["laptop"]
     assert "/k_3/wander" in probed["pi"]
     assert "" not in probed["laptop"]
+    units = {host.name: request(graph, host, 2.0).skippable for host in graph.hosts}
+    assert units["laptop"]["/joystick"] in graph.hosts[0].release.units
+    assert all(units[name].keys() <= set(nodes) and "" not in units[name] for name, nodes in probed.items())
 
 
 def test_topics_with_a_rate_are_measured(graph: ExpectedGraph) -> None:

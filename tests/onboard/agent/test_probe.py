@@ -7,6 +7,7 @@ import json
 import os
 import socket
 import struct
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -426,6 +427,16 @@ def test_a_bug_in_a_part_of_the_graph_costs_that_part_only(
     answer = probed(graph[1], inputs=["/k3/cmd_vel"])
     assert answer.troubles.keys() == {"commanders"}
     assert answer.nodes["/k3/driver"].alive
+
+
+def test_the_host_is_looked_at_while_the_graph_is(prefix: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The look at the graph ends only after the devices of the host have been looked at."""
+    begun = threading.Event()
+    device = probe.device
+    monkeypatch.setattr(probe, "device", lambda path: begun.set() or device(path))
+    monkeypatch.setattr(observe, "observe", lambda _, known: known._replace(seen=7 if begun.wait(30) else 0))
+    answer = probed("", nodes={}, commands=[])
+    assert (answer.seen, answer.devices.keys()) == (7, {"/dev/null", "/dev/swarm/none"})
 
 
 def test_a_systemd_that_fails_costs_the_units_only(

@@ -138,5 +138,6 @@ def test_it_is_settled_when_every_node_and_measured_topic_is_seen() -> None:
     assert not settled(Graph(["/k3/driver"], (), ()), request())
     assert not settled(Graph([], DRIVER, ()), request())
     assert not settled(Graph(["/k3/driver"], DRIVER, ()), request(peers=["/koala/driver"]))
+    assert settled(Graph([], (), ()), request(skippable={"/k3/driver": "unit"}))
     nameless = end(full_name("", "_NODE_NAME_UNKNOWN_"), "/k3/cmd_vel")
     assert not settled(Graph(["/k3/driver"], (*DRIVER, nameless), ()), request())

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
 import pytest
 from swarm_onboard.agent.errors import FailedError
 from swarm_onboard.agent.process_environment import variables_in
+from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
 from swarm_onboard.ros2_probe import look, observe
 
@@ -67,6 +69,15 @@ def test_what_it_prints_is_the_answer(host: Path) -> None:
     found = seen(host)
     assert (found.seen, found.troubles) == (3, {"ros": "no type"})
     assert isinstance(found.listening_udp, list)
+
+
+def test_a_node_is_not_waited_for_while_its_unit_is_skipped(host: Path) -> None:
+    (host / "bin/ros-exec").write_text(f"#!/bin/sh\ncat >{host}/request\necho '{{}}'\n")
+    state = UnitState("loaded", "inactive", "dead", "", "", 0, 0)
+    units = {"skipped": state._replace(skipped=True), "failed": state}
+    wanted = request(skippable={"/a": "skipped", "/b": "failed", "/c": "unknown"})
+    observe.observe(wanted, Answer(units=units))
+    assert json.loads((host / "request").read_text())["skippable"] == {"/a": "skipped"}
 
 
 def test_it_sees_the_whole_graph_without_shared_memory(tmp_path: Path) -> None:

@@ -75,11 +75,11 @@ def is_hidden(node: str) -> bool:
 
 def settled(graph: Graph, request: Request) -> bool:
     """Whether every node that is looked for has been seen, with the topics that are measured."""
-    seen = set(graph.nodes)
-    if not seen >= {*request.nodes, *request.peers}:
+    seen, nodes = set(graph.nodes), request.nodes.keys() - request.skippable.keys()
+    if not seen >= {*nodes, *request.peers}:
         return False
     has = {(one.node, one.topic) for one in graph.publishers}
-    wanted = {(node, topic) for node, topics in request.nodes.items() for topic in topics}
+    wanted = {(node, topic) for node in nodes for topic in request.nodes[node]}
     return wanted <= has and _NAMES[NAMELESS] not in {node for node, _ in has}
 
 

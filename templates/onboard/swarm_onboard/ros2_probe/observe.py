@@ -64,7 +64,11 @@ def observe(request: Request, answer: Answer) -> Answer:
     if content is None:  # a host without a release, which is a finding of its own
         return answer
     release = process_environment.variables_in(content.decode("utf-8", "replace"))
-    seen = _looked(request, current, of_child(release, current))
+    units = answer.units
+    skipped = {
+        node: unit for node, unit in request.skippable.items() if unit in units and units[unit].skipped
+    }
+    seen = _looked(request._replace(skippable=skipped), current, of_child(release, current))
     if "error" in seen:
         raise FailedError(clipped(seen["error"], 300))
     troubles = {**answer.troubles, **seen.pop("troubles", {})}

@@ -11,6 +11,7 @@ import grp
 import importlib
 import os
 import stat
+import threading
 import time
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -76,14 +77,15 @@ class Request(NamedTuple):
     ``homes``: by node of the island, the address at which it should be, empty but on the hub; ``peers``:
     nodes on other hosts to which the master here connects; ``expected``: by node, or by unit whose nodes have
     no known names, what it ``publishes``, ``subscribes`` and ``provides``, which is waited for where nodes
-    find each other without a master; ``inputs``: topics to whose publishers nodes of this host connect;
-    ``provides``: services and actions that nodes of this host should have; ``launched``: units whose nodes
-    are to be found, each with what these have, and the s to listen to that (0: not at all); ``advertised``:
-    the host in the URIs of this host's nodes; ``restart_window``: s in which restarts count; ``images``:
-    those of containers, by unit, each with its engine; ``checks``: modules of swarm_onboard.host_checks;
-    ``clock``: s to listen to the clock of simulated time, 0 where time is not simulated, None where the host
-    runs no master; ``pings``: addresses of other hosts, with the s for which they are pinged; ``requires``:
-    what the units of the release need to start.
+    find each other without a master; ``skippable``: nodes that are not waited for while their unit, which it
+    has for each, is skipped; ``inputs``: topics to whose publishers nodes of this host connect; ``provides``:
+    services and actions that nodes of this host should have; ``launched``: units whose nodes are to be found,
+    each with what these have, and the s to listen to that (0: not at all); ``advertised``: the host in the
+    URIs of this host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers,
+    by unit, each with its engine; ``checks``: modules of swarm_onboard.host_checks; ``clock``: s to listen to
+    the clock of simulated time, 0 where time is not simulated, None where the host runs no master; ``pings``:
+    addresses of other hosts, with the s for which they are pinged; ``requires``: what the units of the
+    release need to start.
     """
 
     swarm: str
@@ -101,6 +103,7 @@ class Request(NamedTuple):
     homes: Mapping[str, str] = {}
     peers: Sequence[str] = ()
     expected: Mapping[str, Mapping[str, Sequence[str]]] = {}
+    skippable: Mapping[str, str] = {}
     inputs: Sequence[str] = ()
     provides: Sequence[str] = ()
     devices: Sequence[str] = ()
@@ -187,26 +190,32 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
     if "systemd" in troubles:
         others = [check for check in request.checks if check not in _ASK_SYSTEMD]
         request = request._replace(units=[], launched={}, checks=others)
+    known, looked = Answer(units=before), []
+    look = partial(part, "ros", lambda: middleware().observe(request, known), known)
+    looking = threading.Thread(target=lambda: looked.append(look()), daemon=True)
+    looking.start()
     window = float(request.restart_window)
     before, since = part("journal", lambda: unit_history.with_restarts(home, before, window), (before, {}))
     before = part("processes", lambda: unit_history.with_stopped(before), before)
     checks = {name: part(name, partial(_observed, name, home)) for name in request.checks}
-    answer = Answer(
-        troubles,
-        since=since,
-        environments=part("environments", lambda: process_environment.differences(home, before), {}),
-        images=part("images", lambda: {unit: images.look(*one) for unit, one in request.images.items()}, {}),
-        release=part("release", home.current),
-        change=part("change", lambda: deployed.last_change(home)),
-        holder=part("change", lambda: lock.holder(home)),
-        drift=part("files", lambda: _drift(home)),
-        lacks=part("requirements", lambda: _lacks(request.requires, home)),
-        checks={name: found for name, found in checks.items() if found is not None},
-        latches=part("latches", lambda: stop_latches.closed(home), {}),
-        devices=part("devices", lambda: {path: device(path) for path in request.devices}, {}),
-    )
-    answer = part("ros", lambda: middleware().observe(request, answer), answer)
-    answer = answer._replace(
+    parts = {
+        "since": since,
+        "environments": part("environments", lambda: process_environment.differences(home, before), {}),
+        "images": part(
+            "images", lambda: {unit: images.look(*one) for unit, one in request.images.items()}, {}
+        ),
+        "release": part("release", home.current),
+        "change": part("change", lambda: deployed.last_change(home)),
+        "holder": part("change", lambda: lock.holder(home)),
+        "drift": part("files", lambda: _drift(home)),
+        "lacks": part("requirements", lambda: _lacks(request.requires, home)),
+        "checks": {name: found for name, found in checks.items() if found is not None},
+        "latches": part("latches", lambda: stop_latches.closed(home), {}),
+        "devices": part("devices", lambda: {path: device(path) for path in request.devices}, {}),
+    }
+    looking.join()
+    answer = looked[0]._replace(
+        **parts,
         pings=part("pings", pinging.counts, {}) if pinging else {},
         load=part("load", lambda: processes.processor_work().since(work)) if work else None,
         units=_with_restarts(before, part("units", states, {})),
