@@ -6,7 +6,7 @@ const KEPT = 60; // s of the plot
 const UNKNOWN = { pose: null, driven: null, commanded: null, commander: "", trouble: "", held: false, battery: null, missing: false, since: 0 };
 const robots = new Map(); // by name: as UNKNOWN, with when it was reported and its history; times in ms
 let plot = null;
-let trial = null; // the one that goes on: its name, when it ends and when a host last said so, ms
+let trial = null; // the one that goes on: its name, when it ends, and when a host last sent that, ms
 
 /** Takes a message of one host: {robots, missing, trial, left}. */
 function takeTelemetry(message) {

@@ -124,7 +124,7 @@ def test_a_finding_leads_to_its_robot_with_cause_symptoms_and_remedy(shown: tupl
     expect(node(page, "robot:k3")).to_have_attribute("aria-pressed", "true")
 
 
-def test_a_trial_shows_its_countdown_while_hosts_tell_of_it(shown: tuple[Page, Pages]) -> None:
+def test_a_trial_shows_its_countdown_while_hosts_report_it(shown: tuple[Page, Pages]) -> None:
     page, pages = shown
     expect(page.locator("#trial")).to_be_hidden()
     pages.send("telemetry", {"robots": {}, "missing": [], "trial": "circles, trial 3", "left": 34.0})

@@ -21,7 +21,7 @@ from tests.timing import wait_for
 
 HOSTS = [host.name for host in graph().hosts]
 LOG = HostLog([], 0.0, cut=False)
-WELL = {"robots": {}, "missing": [], "units": ["a"]}
+WELL = {"robots": {}, "missing": [], "units": ["a"], "trial": "", "left": 0.0}
 
 
 class Host:
