@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from swarmctl.deploy.host_systems import System
     from swarmctl.deploy.robot_stop import RobotStop
     from swarmctl.deploy.trial_start import Clock
+    from swarmctl.health.host_costs import UnitCost
     from swarmctl.health.swarm_health import Look
 
 
@@ -20,7 +21,10 @@ class TrialError(Exception):
 
 @dataclass
 class Trial:
-    """What came of one trial; ``began`` by host, s since 1970 by the hosts' ``clocks``."""
+    """What came of one trial; ``began`` by host, s since 1970 by the hosts' ``clocks``.
+
+    ``costs``: of the units of a host, from the first look at it in the trial to the last one.
+    """
 
     number: int
     before: Look
@@ -28,6 +32,7 @@ class Trial:
     began: dict[str, float] = field(default_factory=dict)
     clocks: Mapping[str, Clock] = field(default_factory=dict)
     ended: float = 0.0
+    costs: dict[str, list[UnitCost]] = field(default_factory=dict)
     systems: Mapping[str, System] = field(default_factory=dict)
     stops: list[RobotStop] = field(default_factory=list)
     outcome: str = "completed"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +40,8 @@ def write(folder: Path, trial: Trial, experiment: str, releases: Releases, *, ha
             if look is not None:
                 text = json.dumps(look.status.to_json(), indent=1) + "\n"
                 (folder / f"status-{name}.json").write_text(text, "utf-8")
+        costs = {host: [asdict(one) for one in units] for host, units in trial.costs.items()}
+        (folder / "costs.json").write_text(json.dumps(costs, indent=1) + "\n", "utf-8")
         made = bundles(wanted.swarm)
         (folder / "sbom.json").write_text(cyclonedx(wanted.swarm, made), "utf-8")
         spec = trial_spec.write(folder, wanted.document, files)

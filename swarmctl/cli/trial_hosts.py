@@ -21,6 +21,7 @@ from swarmctl.cli.trial import Trial, TrialError
 from swarmctl.cli.trial_topics import LiveTopics, live
 from swarmctl.deploy import host_systems, robot_stop, trial_start
 from swarmctl.health import trial_troubles
+from swarmctl.health.host_costs import between
 from swarmctl.remote import operators
 from swarmctl.remote.ask import ask_each
 from swarmctl.remote.parallel_hosts import Event, Finished, R, results_of
@@ -31,6 +32,8 @@ from swarmctl.views import robot_stop as view
 from swarmctl.views.escape import printable
 
 if TYPE_CHECKING:
+    from swarm_onboard.agent.verbs.costs import Answer as Costs
+
     from swarmctl.cli.swarm_look import Looking
     from swarmctl.deploy.robot_stop import RobotStop
     from swarmctl.deploy.trial_start import Clock
@@ -88,7 +91,7 @@ class TrialHosts:
                 with self._live() as topics:
                     self._start(trial)
                     topics.begin()
-                    self._watch(topics)
+                    self._watch(trial, topics)
             except KeyboardInterrupt:
                 trial.interrupt()
             except TrialError as error:
@@ -295,14 +298,15 @@ class TrialHosts:
         }
         return clocks, results_of(trial_start.start(wanted, targets, transport, parallel=len(hosts)))
 
-    def _watch(self, topics: LiveTopics) -> None:
+    def _watch(self, trial: Trial, topics: LiveTopics) -> None:
         """Returns when the time of the trial is over, or its topics show what ends it.
 
         Raises ``TrialError`` if a robot was stopped before, or a host cannot show a topic.
         A host that does not answer fails the trial at its end alone: the link may come back.
         """
         end, away = time.monotonic() + self._experiment.duration, ""
-        due = max(self._experiment.duration - _LOOK, _LAST)  # s left at the next look at the hosts
+        due = self._experiment.duration  # s left at the next look at the hosts
+        before: dict[str, Costs] = {}
         with console.err().status("") as progress:
             while (left := end - time.monotonic()) > 0:
                 progress.update(f"{left:.0f} s left; Ctrl-C stops the robots")
@@ -311,17 +315,18 @@ class TrialHosts:
                 if topics.met:
                     return
                 if left <= due:
-                    away, due = self._away(end), max(due - _LOOK, _LAST) if due > _LAST else 0.0
+                    away = self._away(trial, end, before)
+                    due = max(due - _LOOK, _LAST) if due > _LAST else 0.0
                 time.sleep(min(max(0.0, end - time.monotonic()), 0.2))
         if away:
             raise TrialError(away)
 
-    def _away(self, end: float) -> str:
-        """Which host does not answer before ``end``.
+    def _away(self, trial: Trial, end: float, before: dict[str, Costs]) -> str:
+        """Which host does not answer before ``end``. ``before``: what units had taken at the first look.
 
         Raises ``TrialError`` for a robot that was stopped, and a program that has failed.
         """
-        targets = {host: self._targets[host] for host in {**self._robots, **self._once}}
+        targets = {host: self._targets[host] for host in {**self._robots, **self._units, **self._once}}
         away, stopped = "", ""
         for event in trial_start.seen(self._swarm.name, targets, self._connect(), parallel=self._parallel):
             if not isinstance(event, Finished):
@@ -330,6 +335,9 @@ class TrialHosts:
                 away = away or _message(event.host, event.outcome)
                 continue
             answer = event.outcome.answer
+            if answer.costs is not None:
+                first = before.setdefault(event.host, answer.costs)
+                trial.costs[event.host] = between(event.host, self._swarm.name, first, answer.costs)
             for unit, result in answer.ended.items():
                 if result != SUCCESS:
                     stopped = stopped or printable(f"{unit} on {event.host} failed: {result}")

@@ -71,7 +71,7 @@ def fetch_commands(
     ``began`` and ``ended`` as above; ``ahead``: by how many s the clock of a host is ahead of it. A host that
     does not answer is a warning, and so is a record that proves nothing.
     """
-    seen = {host: dict[str, Head]() for host in targets}
+    seen: Mapping[str, Mapping[str, Head]] = {host: {} for host in targets}
     read = command_records(swarm, list(targets.values()), transport, seen, parallel=parallel)
     records: dict[tuple[str, str], Record] = {}
     for host, found in results_of(read).items():

@@ -121,7 +121,8 @@ def test_commands_of_the_trial_are_kept_by_the_clock_of_their_host(
     monkeypatch.setattr(
         trial_logs, "command_records", lambda *_, **__: [Finished(*one, 0.0) for one in outcomes.items()]
     )
-    file, targets, transport = tmp_path / "commands.json", dict[str, Target](), Any
+    file, transport = tmp_path / "commands.json", Any
+    targets = {host: Target(host, "192.0.2.1", "robot") for host in outcomes}
     trial_logs.fetch_commands(
         "lab", targets, transport, file,  # type: ignore[arg-type]
         began=BEGAN, ended=ENDED, ahead={"pi": 100.0}, parallel=2,
@@ -162,7 +163,7 @@ class Idle(TrialHosts):
 
     def _start(self, trial: Trial) -> None: ...
 
-    def _watch(self, topics: object) -> None: ...
+    def _watch(self, trial: Trial, topics: object) -> None: ...
 
     def _stop(self) -> Iterator[Any]:
         return iter(())

@@ -135,6 +135,10 @@ def test_trials_start_together_and_are_kept(swarm: LabSwarm, tmp_path: Path, not
         assert {log.stem for log in folder.glob("logs/*.log")} == set(swarm.hosts)
         commands = json.loads((folder / "commands.json").read_text("utf-8"))
         assert {one["robot"] for one in commands if one["event"] == "commanded"} == set(DRIVEN)
+        costs = json.loads((folder / "costs.json").read_text("utf-8"))
+        (driver,) = (one for one in costs["k3-pi"] if one["name"] == "k3")
+        assert driver["memory"] > 0
+        assert driver["cpu"] > 0
         log = (folder / "logs/k3-pi.log").read_text("utf-8")
         assert [line for line in log.splitlines() if re.match(r"\S+Z k3 +\w+ +\S", line)], "of the driver"
         assert all(host.python and "-ros-" in host.platform for host in index.hosts.values()), index.hosts

@@ -91,7 +91,8 @@ def test_without_an_instant_the_clock_is_all_that_it_answers(
     home: Home, old: FakeHost, report: Report
 ) -> None:
     found = trial.handle(start_at(0.0, "koala"), b"", report)
-    assert found._replace(free=0) == trial.Answer(True, NOW, 0.0, [], [], {}, 0, {})
+    assert found._replace(free=0, costs=None) == trial.Answer(True, NOW, 0.0, [], [], {}, 0, {}, None)
+    assert found.costs is not None
     assert found.free > 0
     assert (stopped(home), old.calls()) == ({"koala", "k3"}, [])
 

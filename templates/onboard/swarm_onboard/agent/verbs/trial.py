@@ -24,6 +24,7 @@ from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.agent.release_store import Home, home_of
 from swarm_onboard.agent.rpc import Report
 from swarm_onboard.agent.texts import clipped
+from swarm_onboard.agent.verbs import costs as unit_costs
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -64,7 +65,8 @@ class Answer(NamedTuple):
     ``began``: when the latches of the robots ``released`` were open; ``restarted``: units. Where nothing is
     started, ``released`` are the robots of the trial that goes on which nobody has stopped, and ``ended``
     its units that run in trials alone and have ended, each with systemd's result; ``free`` are bytes where
-    bags are recorded, and ``batteries`` how full those are that a driver or a gate knows, 0 to 1.
+    bags are recorded, ``batteries`` how full those are that a driver or a gate knows, 0 to 1, and ``costs``
+    what the units of the swarm have taken so far.
     """
 
     deployed: bool
@@ -75,6 +77,7 @@ class Answer(NamedTuple):
     ended: dict[str, str]
     free: int
     batteries: dict[str, float]
+    costs: unit_costs.Answer | None
 
 
 def handle(request: Request, payload: bytes, report: Report) -> Answer:
@@ -90,7 +93,9 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
         ended = trial_guard.ended(home)
         trial_units.end(home, unit_names(request.once))
         free = disk.free(disk.file_system(bags.folder(home)))
-        return Answer(deployed, clock, 0.0, trial_guard.released(home), [], ended, free, _batteries(home))
+        taken = unit_costs.handle(unit_costs.Request(request.swarm), b"", report)
+        released = trial_guard.released(home)
+        return Answer(deployed, clock, 0.0, released, [], ended, free, _batteries(home), taken)
     with lease.held_for(home, request):
         latched = _checked(home, request)
         with _stopped(home, request):
@@ -104,7 +109,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
             released = stop_latches.release(home, request.robots, synced=False)
             began = time.time()
             robot_motion.wake(home, released)
-    return Answer(True, clock, began, released, [*request.units, *request.once], {}, 0, {})
+    return Answer(True, clock, began, released, [*request.units, *request.once], {}, 0, {}, None)
 
 
 def _batteries(home: Home) -> dict[str, float]:
