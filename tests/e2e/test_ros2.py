@@ -137,6 +137,21 @@ class TestCentral(Tried):
         experiment.seconds_to_rest()
         super().test_the_gamepad_drives_its_robots_and_no_others(experiment, note, promise)
 
+    def test_a_command_from_another_computer_does_not_move_the_khepera(self, experiment: Experiment) -> None:
+        with experiment.lab.publishing(LEADER, "k3", 0.1):
+            experiment.refuses("k3", "k3-pi")
+
+    @pytest.mark.parametrize("away", [LEADER, "k3-pi"])
+    def test_one_discovery_server_is_enough_for_new_nodes(self, experiment: Experiment, away: str) -> None:
+        """While the other server is stopped, a node that starts is found and refused."""
+        unit = "swarm-newswarm.discovery"
+        experiment.lab.shell(away, f"sudo systemctl stop {unit}")
+        try:
+            with experiment.lab.publishing("epuck-pi", "koala", 0.1):
+                experiment.refuses("koala", LEADER)
+        finally:
+            experiment.lab.shell(away, f"sudo systemctl start {unit}")
+
     def test_a_program_of_trials_drives_until_a_topic_ends_them(
         self, experiment: Experiment, tmp_path: Path
     ) -> None:
@@ -166,21 +181,6 @@ class TestCentral(Tried):
             lab.swarmctl("start")
             forget(lab)
             assert lab.deploy(None).status == exit_codes.OK
-
-    def test_a_command_from_another_computer_does_not_move_the_khepera(self, experiment: Experiment) -> None:
-        with experiment.lab.publishing(LEADER, "k3", 0.1):
-            experiment.refuses("k3", "k3-pi")
-
-    @pytest.mark.parametrize("away", [LEADER, "k3-pi"])
-    def test_one_discovery_server_is_enough_for_new_nodes(self, experiment: Experiment, away: str) -> None:
-        """While the other server is stopped, a node that starts is found and refused."""
-        unit = "swarm-newswarm.discovery"
-        experiment.lab.shell(away, f"sudo systemctl stop {unit}")
-        try:
-            with experiment.lab.publishing("epuck-pi", "koala", 0.1):
-                experiment.refuses("koala", LEADER)
-        finally:
-            experiment.lab.shell(away, f"sudo systemctl start {unit}")
 
 
 class TestStandalone(Tried):
