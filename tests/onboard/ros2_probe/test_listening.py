@@ -11,8 +11,6 @@ from typing import Any
 import pytest
 from swarm_onboard.agent.observations import NodeSeen
 from swarm_onboard.agent.verbs.probe import Request
-from swarm_onboard.common.flow import Flow
-from swarm_onboard.ros2_probe import listening as listening_module
 from swarm_onboard.ros2_probe.endpoints import Graph, parts
 from swarm_onboard.ros2_probe.listening import Listening
 
@@ -80,39 +78,6 @@ def test_it_ends_when_the_window_is_over_and_leaves_the_topic() -> None:
     assert node.taking == {}
     topic = driver_seen(listening, graph, wanted).topics["/k3/odom"]
     assert (topic.count, topic.rate, topic.seconds) == (0, None, 2.0)
-
-
-@pytest.mark.parametrize(
-    ("arrivals", "ends"),
-    [
-        ([0.0, 1.0, 2.0], 2.0),  # the next one comes at 3.0
-        ([0.0, 1.5], 2.5),  # another may come sooner
-        ([0.0, 0.1, 0.2], 2.5),
-        ([0.0, 1.2, 2.4], 2.4),
-    ],
-    ids=["no other is due", "one is missing", "it fell silent", "slowly"],
-)
-def test_it_ends_once_no_other_message_is_due(
-    arrivals: list[float], ends: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The rate is what it would be at the end of the window."""
-    now = [0.0]
-    monkeypatch.setattr(listening_module, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    node, wanted = Node(), request(nodes={"/k3/driver": {"/k3/odom": 2.5}})
-    driver = end("/k3/driver", "/k3/odom")
-    graph = Graph(["/k3/driver"], (driver,), ())
-    listening = Listening(wanted, node, 15.0, subscribe)
-    listening.begin(graph, 0.0)
-    for now[0] in arrivals:
-        node.taking["/k3/odom"](b"", driver.gid, 0, 0)
-    listening.end(ends - 0.01)
-    assert listening.running or ends == arrivals[-1]
-    listening.end(ends)
-    assert not listening.running
-    flow = Flow(2.5)
-    for one in arrivals:
-        flow.tick(one)
-    assert driver_seen(listening, graph, wanted).topics["/k3/odom"].rate == flow.rate(2.5)
 
 
 def test_large_messages_end_it_early() -> None:

@@ -23,13 +23,8 @@ class Flow:
         intervals, seen = self.count - 1, self._last - self._first
         if intervals < 1:
             return None
-        overdue = max(0.0, now - self.expected)
+        overdue = max(0.0, now - self._last - seen / intervals)
         return intervals / max(seen + overdue, 1e-3)
-
-    @property
-    def expected(self) -> float:
-        """When the next message is due, by the intervals so far. Of at least two messages."""
-        return self._last + (self._last - self._first) / (self.count - 1)
 
     def age(self, now: float) -> float | None:
         """Seconds since the last message; None before the first."""

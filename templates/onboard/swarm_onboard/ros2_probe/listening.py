@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 _CONNECTS = 1.5  # s until a new subscription receives the first message, beside the window
 _LARGEST_FLOW = 32 << 20  # bytes of one topic after which a measurement ends early
 _FOR_A_RATE = 2  # messages
-_FOR_AN_END = 3  # messages, of which the intervals show when the next one is due
 _DEPTH = 100
 _DIAGNOSTICS = "/diagnostics"
 _GID = 16  # bytes that are significant; Humble pads to 24
@@ -44,11 +43,6 @@ class _Received(Flow):
             if self.size > _LARGEST_FLOW and self.count >= _FOR_A_RATE:
                 self.due = now
                 self.seconds = min(self.seconds, now - self.began)
-
-    @property
-    def is_enough(self) -> bool:
-        """Whether no other message is due within the window: its rest would not change the rate."""
-        return self.count >= _FOR_AN_END and self.expected > self.due
 
 
 class Listening:
@@ -132,7 +126,7 @@ class Listening:
     def end(self, now: float, *, all_: bool = False) -> None:
         """Ends what has been measured for long enough."""
         for flow in self._flows.values():
-            if flow.done is None and (now >= flow.due or flow.is_enough or all_):
+            if flow.done is None and (now >= flow.due or all_):
                 flow.done = now
         measured = {topic for (_, topic), flow in self._flows.items() if flow.done is None}
         for topic in [one for one in self._subscriptions if one not in measured]:
