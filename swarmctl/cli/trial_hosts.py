@@ -137,43 +137,45 @@ class TrialHosts:
         trial.systems = host_systems.systems(self._swarm, self._targets, self._connect(), parallel=parallel)
 
     def stand(self) -> None:
-        """Stops the robots. Raises ``TrialError`` if one does not stand; optional hosts may be away."""
+        """Stops the robots. Raises ``TrialError`` if one does not stand; optional hosts are left out."""
         self._targets, self._robots = self._all
+        away = set()
         for one in self._stop():
-            if not _stood(one) and not self._swarm.hosts[one.host].optional:
+            if _stood(one):
+                continue
+            if not self._swarm.hosts[one.host].optional:
                 raise TrialError(f"{one.robot} does not stand: {one.trouble}")
+            away.add(one.host)
+        self._leave_out(away)
 
     def reset(self) -> None:
         """Runs the program of `reset`, with the robots released, until it ends. Raises ``TrialError``."""
         name = self._experiment.reset or ""
-        [(host, [unit])] = self._of_programs([name]).items()
-        self._targets, self._robots = self._all
+        units = self._of_programs([name])
+        [(host, [unit])] = units.items()
+        self.stand()
+        if troubles := list(self._end({**self._once, **units})):
+            raise TrialError(troubles[0])
         with interruptible():
             try:
-                _require_started(self._begin(f"{self._name}, reset", {}, {host: [unit]}, _RESET)[1])
-                ended, end = "", time.monotonic() + _RESET
+                end, away = time.monotonic() + _RESET, ""
+                _require_started(self._begin(f"{self._name}, reset", {}, units, _RESET)[1])
                 with console.err().status(f"program {name} resets the robots; Ctrl-C stops them"):
-                    while not ended and time.monotonic() < end:
+                    while True:
                         time.sleep(_POLL)
-                        ended = self._ended([host])[host].get(unit, "")
+                        away, answers = self._seen({**self._robots, host: []}, end)
+                        if host in answers and unit in answers[host].ended:
+                            break
+                        if time.monotonic() > end:
+                            raise TrialError(away or f"program {name} did not end within {_RESET:g} s")
             finally:
                 with _signals(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-                    stops, troubles = list(self._stop()), list(self._end({host: [unit]}))
-        troubles += [f"{one.robot} does not stand: {one.trouble}" for one in stops if not _stood(one)]
-        if ended != SUCCESS:
-            why = f"ended: {ended}" if ended else f"did not end within {_RESET:g} s"
-            raise TrialError(printable(f"program {name} of `reset` {why}"))
-        if troubles:
+                    stops, troubles = list(self._stop()), list(self._end(units))
+        if troubles := [f"{one.robot}: {one.trouble}" for one in stops if not _stood(one)] + troubles:
             raise TrialError(troubles[0])
 
-    def _ended(self, hosts: Iterable[str]) -> dict[str, dict[str, str]]:
-        """What has ended of units that run in trials alone, by host and unit. Raises ``TrialError``."""
-        targets = {host: self._targets[host] for host in hosts}
-        found = _answers(trial_start.seen(self._swarm.name, targets, self._connect(), self._parallel))
-        return {host: one.answer.ended for host, one in found.items()}
-
     def _end(self, units: Mapping[str, list[str]]) -> Iterator[str]:
-        """Ends programs that run in trials alone; yields why one may run on."""
+        """Ends programs that run in trials alone; yields which have failed, and why one may run on."""
         wanted = {
             host: trial_verb.Request(self._swarm.name, operators.this_one(), [], [], of_host, 0.0, 0.0)
             for host, of_host in units.items()
@@ -186,6 +188,8 @@ class TrialHosts:
         for host, one in results_of(ended).items():
             if isinstance(one, HostError):
                 yield _message(host, one)
+            else:
+                yield from _failures(host, one)
 
     def _ready(self, number: int) -> Trial:
         """Returns the trial once its robots stand, the swarm is healthy and no host has older bags."""
@@ -326,21 +330,26 @@ class TrialHosts:
 
         Raises ``TrialError`` for a robot that was stopped, and a program that has failed.
         """
-        targets = {host: self._targets[host] for host in {**self._robots, **self._units, **self._once}}
-        away, stopped = "", ""
-        for event in trial_start.seen(self._swarm.name, targets, self._connect(), parallel=self._parallel):
+        away, answers = self._seen({**self._robots, **self._units, **self._once}, end)
+        for host, answer in answers.items():
+            if answer.costs is not None:
+                first = before.setdefault(host, answer.costs)
+                trial.costs[host] = between(host, self._swarm.name, first, answer.costs)
+        return away
+
+    def _seen(self, hosts: Iterable[str], end: float) -> tuple[str, dict[str, trial_verb.Answer]]:
+        """Which host does not answer before ``end``, and the answers of the others. Raises ``TrialError``."""
+        targets = {host: self._targets[host] for host in hosts}
+        seen = trial_start.seen(self._swarm.name, targets, self._connect(), parallel=self._parallel)
+        away, stopped, answers = "", "", dict[str, trial_verb.Answer]()
+        for event in seen:
             if not isinstance(event, Finished):
                 continue
             if isinstance(event.outcome, HostError):
                 away = away or _message(event.host, event.outcome)
                 continue
-            answer = event.outcome.answer
-            if answer.costs is not None:
-                first = before.setdefault(event.host, answer.costs)
-                trial.costs[event.host] = between(event.host, self._swarm.name, first, answer.costs)
-            for unit, result in answer.ended.items():
-                if result != SUCCESS:
-                    stopped = stopped or printable(f"{unit} on {event.host} failed: {result}")
+            answer = answers[event.host] = event.outcome.answer
+            stopped = stopped or next(_failures(event.host, answer), "")
             if gone := [one for one in self._robots.get(event.host, ()) if one not in answer.released]:
                 if time.monotonic() > end:
                     away = away or f"{event.host}: it did not answer before the end"
@@ -348,7 +357,13 @@ class TrialHosts:
                     stopped = stopped or f"{gone[0]} was stopped before the end, or {event.host} restarted"
         if stopped:
             raise TrialError(stopped)
-        return away
+        return away, answers
+
+
+def _failures(host: str, answer: trial_verb.Answer) -> Iterator[str]:
+    """Which programs that run in trials alone have ended with an error."""
+    failed = (unit for unit, result in answer.ended.items() if result != SUCCESS)
+    return (printable(f"{unit} on {host} failed: {answer.ended[unit]}") for unit in failed)
 
 
 def _by_host(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:

@@ -96,7 +96,9 @@ def fetch_commands(
 def _between(what: Span | Start, began: float, ended: float) -> bool:
     if isinstance(what, Start):
         return began <= what.time <= ended
-    return what.time <= ended and (what.seconds is None or what.time + what.seconds >= began)
+    if what.seconds is None:  # without its end it is of the trial only if it goes on, or began there
+        return what.time <= ended and (what.ongoing or what.time >= began)
+    return what.time <= ended and what.time + what.seconds >= began
 
 
 def text(log: HostLog, began: float, ended: float) -> str:

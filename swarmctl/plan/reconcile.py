@@ -172,6 +172,7 @@ def _reload_steps(
 
 def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
     optional = {unit.name: [package(one) for one in unit.packages] for unit in bundle.units if unit.packages}
+    in_trials = {unit.name for unit in bundle.units if unit.in_trials}
     complete = {name for name, packages in optional.items() if not _absent(packages, observed)}
     before, wanted = observed.unit_digests, {unit["name"]: unit for unit in bundle.manifest["units"]}
     deployed = observed.manifest["units"] if observed.manifest else ()
@@ -184,7 +185,7 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
         if name not in wanted:
             yield Step(Kind.STOP, name, "no longer part of the spec")
     for name, unit in wanted.items():
-        state = observed.units.get(name)
+        state = None if name in in_trials else observed.units.get(name)  # started by no deploy
         damaged = [path for path in unit["needs"] if path in observed.drift]
         if name not in before:
             yield Step(Kind.START, name, "new")

@@ -89,7 +89,8 @@ class Unit:
     it reloads if no more of them changes than its program takes while it runs.
 
     ``robot`` names the robot that must stand still before this unit is stopped, if it drives one; ``program``
-    the program that it runs; ``packages`` the ROS packages without which it is skipped.
+    the program that it runs; ``packages`` the ROS packages without which it is skipped. One ``in_trials``
+    runs in trials alone.
     """
 
     name: str
@@ -98,6 +99,7 @@ class Unit:
     program: str = ""
     packages: tuple[str, ...] = ()
     secrets: tuple[str, ...] = ()
+    in_trials: bool = False
 
 
 @dataclass(frozen=True)

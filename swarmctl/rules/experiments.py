@@ -33,7 +33,7 @@ def programs_of_people(context: RuleContext) -> Iterator[Diagnostic]:
                     context.span("experiments", name, "programs", place),
                     label="not started by a trial",
                     notes=(Note(context.span("programs", one, "lifecycle", "use"), "it needs a terminal"),),
-                    help=("remove it, and start it by hand before the trials, or make it a service",),
+                    help=("remove it, and start it by hand before the trials, or write `lifecycle: trial`",),
                 )
 
 

@@ -111,6 +111,7 @@ def test_commands_of_the_trial_are_kept_by_the_clock_of_their_host(
 
     spans = (
         span(BEGAN + 99, 0.5, "/before"),
+        span(BEGAN + 98, None, "/of a driver that was killed"),
         span(BEGAN + 99, 30.0, "/into"),
         span(BEGAN + 100, None, "/within"),
         span(ENDED + 101, 1.0, "/after"),

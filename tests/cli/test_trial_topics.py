@@ -21,6 +21,7 @@ def _slowly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Messages come once in a second."""
     times = iter(range(100))
     monkeypatch.setattr("swarmctl.cli.trial_topics.time.monotonic", lambda: float(next(times)))
+    monkeypatch.setattr("swarmctl.cli.trial_topics._SHARE", 0.0)
 
 
 def test_odometry_counts_from_the_start_of_the_trial() -> None:
@@ -61,6 +62,26 @@ def test_whatever_comes_counts_and_nothing_else(message: str) -> None:
         assert not counted.met
         counted.add("/k3/odom", message)
     assert counted.met
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "[" * 30_000,
+        "".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 9)),
+        "&a {pose: *a}",
+        "\n".join(f"{' ' * n}pose:" for n in range(900)),
+        f"pose: {{position: {{x: 1{'0' * 400}, y: 0}}, orientation: {{x: 0, y: 0, z: 0, w: 1}}}}",
+        f"data: [{'1.0, ' * 100_000}]",
+    ],
+    ids=["nested", "aliases", "itself", "deep", "number", "long"],
+)
+def test_a_hostile_message_ends_nothing(message: str) -> None:
+    topics = live(GOAL)
+    topics.add("/k3/odom", message)
+    assert not topics.met
+    topics.add("/k3/odom", f"pose: {POSE}" % (1.0, 0.0))
+    assert topics.met
 
 
 def test_all_of_the_criteria_are_met_at_the_end() -> None:

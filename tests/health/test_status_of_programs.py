@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from swarm_onboard.agent.images import Image
 from swarm_onboard.agent.observations import EndedSeen, LaunchedSeen, MasterSeen, NodeSeen, TopicSeen
+from swarm_onboard.agent.paths import trial_file
 from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.probe import Answer
 
@@ -192,11 +193,22 @@ def test_status_checks_the_exit_code_of_a_oneshot(
     assert (finding.state, words in finding.message) == (state, True)
 
 
+CALIBRATE = "swarm-prog.calibrate.service"
+IN_NO_TRIAL = UnitState(
+    "loaded", "inactive", "dead", "success", "", 0, 0, skipped=True,
+    unmet=(f"ConditionPathExists={trial_file(CALIBRATE)}",),
+)  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("seen", "state", "words"),
     [
-        (UnitState("loaded", "inactive", "dead", "success", "", 0, 0, skipped=True), State.OK, "waits for"),
-        (UnitState("loaded", "deactivating", "stop-sigterm", "success", "", 9, 0), State.OK, "waits for"),
+        (IN_NO_TRIAL, State.OK, "waits for a trial"),
+        (IN_NO_TRIAL._replace(unmet=(*IN_NO_TRIAL.unmet, "ConditionPathExists=/x")), State.SKIPPED, "/x"),
+        (UnitState("loaded", "inactive", "dead", "success", "", 0, 0), State.OK, "has ended"),
+        (UnitState("loaded", "deactivating", "stop-sigterm", "success", "", 9, 0), State.OK, "has ended"),
+        (UnitState("loaded", "deactivating", "stop-sigkill", "timeout", "", 9, 0), State.BAD, "does not run"),
+        (UnitState("masked", "inactive", "dead", "success", "", 0, 0), State.BAD, "does not run"),
         (
             UnitState("loaded", "failed", "failed", "exit-code", "", 0, 0),
             State.WARNING,
@@ -215,7 +227,7 @@ def test_a_program_that_runs_in_trials_alone_need_not_run(
     spec.write_text(text.replace("executable: calibrate.py", once), "utf-8")
     swarm, found = load_swarm(spec)
     assert swarm is not None, found
-    finding = about("calibrate", expected(swarm), units={"swarm-prog.calibrate.service": seen})
+    finding = about("calibrate", expected(swarm), units={CALIBRATE: seen})
     assert (finding.state, words in finding.message) == (state, True), finding
 
 

@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 from swarm_onboard.agent.deployed import Transaction
+from swarm_onboard.agent.paths import trial_file
 from swarm_onboard.agent.steps import Kind
+from swarm_onboard.agent.systemd import UnitState
 from swarm_onboard.agent.verbs.observe import Facts
 
 from swarmctl.plan.observed_host import NOTHING, Observed
@@ -245,6 +247,27 @@ def test_a_condition_that_is_not_met_is_a_note(place: str, note: str) -> None:
     assert plan.steps == ()
     (shown,) = plan.notes
     assert shown.startswith(f"a.service is skipped: {note}")
+
+
+@pytest.mark.parametrize("packages", [(), ("tf",)])
+@pytest.mark.parametrize(
+    "state",
+    [
+        RUNS._replace(active="inactive"),
+        RUNS._replace(active="failed"),
+        RUNS._replace(active="inactive", skipped=True),
+        RUNS._replace(
+            active="inactive", skipped=True, unmet=(f"ConditionPathExists={trial_file('a.service')}",)
+        ),
+    ],
+)
+def test_no_deploy_starts_what_runs_in_trials_alone(state: UnitState, packages: tuple[str, ...]) -> None:
+    a, *others = bundle().units
+    wanted = replace(bundle(), units=(replace(a, in_trials=True, packages=packages), *others))
+    units = {"a.service": state, "b.service": RUNS, "s.target": RUNS}
+    facts = FIT._replace(has={package("tf"): "/usr/share/tf"})
+    plan = reconcile(wanted, running(wanted, units=units, facts=facts))
+    assert (plan.steps, plan.notes) == ((), ())
 
 
 def test_a_unit_whose_conditions_are_met_now_is_started() -> None:

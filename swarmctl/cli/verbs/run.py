@@ -64,8 +64,9 @@ def run(
 ) -> None:
     """Run the trials of an experiment, each kept as a capsule.
 
-    Robots start together and stop with proof. The swarm has to be deployed and healthy. Between trials a
-    person at a terminal places the robots and presses Enter. Ctrl-C stops them and keeps what was recorded.
+    Robots start together and stop with proof. The swarm has to be deployed and healthy. Between trials the
+    program of `reset`, or a person at a terminal, places the robots. Ctrl-C stops them and keeps what was
+    recorded.
     Exit code 5 if a trial failed, or does not succeed by the criteria of the spec.
     """
     from swarmctl.capsule.signature import sign
@@ -98,7 +99,7 @@ def run(
         releases.check(experiment)
         for number in (one for one in numbers if one not in known):
             if done:
-                _between(where, number, _hosts(operators, releases, name), experiment.reset)
+                _between(operators, releases, name, number, [*done.values()][-1].outcome)
             own = place / f"{number:03}-{time.strftime('%Y%m%d-%H%M%S')}"
             values = varied[(number - 1) % len(varied)]
             done[own] = found = _run(operators, releases, values, name, number, own)
@@ -147,17 +148,28 @@ def experiment_of(spec: Spec, name: str) -> Experiment:
     return spec.experiments[name]
 
 
-def _between(where: Where, number: int, hosts: TrialHosts, reset: str | None) -> None:
-    """Has the robots brought back to their places: by the program of `reset`, or by a person."""
+def _between(operators: Where, releases: Releases, name: str, number: int, last: str) -> None:
+    """Has the robots brought back to their places: by the program of `reset`, or by a person.
+
+    In a trial whose outcome was not "completed", somebody may have stopped them: then no program drives them.
+    """
     from swarmctl.cli.trial import TrialError
 
-    if reset is not None:
+    person = console.err().is_terminal and sys.stdin.isatty() and not operators.in_lab
+    reset = releases.wanted.document.spec.experiments[name].reset
+    if reset is not None and (last == "completed" or operators.in_lab):
         try:
-            hosts.reset()
+            _hosts(operators, releases, name).reset()
         except TrialError as error:
             console.fail(f"trial {number} did not begin: {error}", code=exit_codes.UNHEALTHY)
-    elif console.err().is_terminal and sys.stdin.isatty() and not where.in_lab:
+    elif person:
         typer.prompt("place the robots, then press Enter", default="", show_default=False, err=True)
+    elif reset is not None:
+        console.fail(
+            f"trial {number} did not begin: program {reset} drives no robots after a trial that failed",
+            "place them, then go on by --resume",
+            code=exit_codes.UNHEALTHY,
+        )
 
 
 def _run(operators: Where, releases: Releases, values: Values, name: str, number: int, folder: Path) -> Trial:

@@ -80,8 +80,8 @@ def _verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Ve
     by_unit = units.verdict(program.unit, host.name, unit)
     if unit is not None and unit.skipped and program.packages and not unit.unmet:
         return _skipped(program)
-    if program.lifecycle == "trial" and unit is not None and unit.load != "not-found" and not unit.up:
-        by_unit = _between_trials(unit, by_unit)
+    if program.lifecycle == "trial" and unit is not None and unit.load == "loaded":
+        by_unit = _between_trials(program, unit, by_unit)
     if program.container is not None and unit is not None and unit.load != "not-found":
         seen = answer.images.get(program.unit)
         by_image = unit_faults.image_problem(program.container, host.name, seen, by_unit)
@@ -100,10 +100,14 @@ def _verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Ve
     return wrong if wrong is not None else by_unit
 
 
-def _between_trials(unit: UnitState, verdict: Verdict) -> Verdict:
+def _between_trials(program: ExpectedProgram, unit: UnitState, verdict: Verdict) -> Verdict:
     if unit.active == "failed":
         return warning(f"in its last trial it {verdict.message}", verdict.hint)
-    return ok("waits for a trial")
+    if unit.skipped and unit_faults.waits_for_trial(program.unit, unit.unmet):
+        return ok("waits for a trial")
+    if unit.active in ("inactive", "deactivating") and not unit.skipped and unit.result == "success":
+        return ok("has ended")
+    return verdict
 
 
 def _node(program: ExpectedProgram, host: ExpectedHost, node: NodeSeen | None) -> Verdict | None:

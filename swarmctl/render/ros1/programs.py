@@ -251,9 +251,11 @@ def _unit(swarm: Swarm, host: Host, program: Program) -> Part:
     secrets = program.declared.secrets.names
     if secrets:
         needs.append(_GIVE_SECRETS)
-    return Part(
-        (file,), (Unit(name, tuple(needs), program=program.name, packages=packages, secrets=secrets),)
-    )
+    unit = Unit(
+        name, tuple(needs), program=program.name, packages=packages, secrets=secrets,
+        in_trials=lifecycle == "trial",
+    )  # fmt: skip
+    return Part((file,), (unit,))
 
 
 def _reads(swarm: Swarm, program: Program) -> Iterator[str]:

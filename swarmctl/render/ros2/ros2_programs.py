@@ -103,7 +103,11 @@ def _unit(swarm: Swarm, host: Host, island: Island, program: Program) -> Part:
         *enclaves.enclave_needs(swarm, enclave),
     )
     secrets = (*secrets, *enclaves.secrets_of(swarm, enclave))
-    return Part((file,), (Unit(name, needs, program=program.name, packages=packages, secrets=secrets),))
+    unit = Unit(
+        name, needs, program=program.name, packages=packages, secrets=secrets,
+        in_trials=declared.lifecycle == "trial",
+    )  # fmt: skip
+    return Part((file,), (unit,))
 
 
 def _command_of(swarm: Swarm, host: Host, island: Island, program: Program) -> tuple[str, ...]:

@@ -205,6 +205,23 @@ def test_no_trial_takes_the_guard_of_another_ones_robots(
     assert nothing_started(home, old)
 
 
+@pytest.mark.usefixtures("clock")
+def test_no_program_of_trials_takes_the_guard_of_robots_either(
+    home: Home, report: Report, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether it starts or not: the guard of the robots that drive goes on."""
+    going_on = trial_guard.trial_of(home, "", "me", robots=["koala"], units=[], seconds=3600.0)
+    trial_guard.arm(home, going_on)
+    stop_latches.release(home, ["koala"])
+    with pytest.raises(RefusedError, match="koala drives in another trial"):
+        trial.handle(start_at(NOW + 3, units=(), once=(UNIT,)), b"", report)
+    stop(home, "koala")
+    monkeypatch.setattr(trial.recovery_unit, "install", lambda _: (_ for _ in ()).throw(OSError("full")))
+    with pytest.raises(OSError, match="full"):
+        trial.handle(start_at(NOW + 3, "koala", units=()), b"", report)
+    assert trial_guard.going_on(home) == going_on
+
+
 def test_a_clock_that_is_set_back_starts_nothing(
     home: Home, old: FakeHost, clock: Clock, report: Report
 ) -> None:

@@ -111,6 +111,40 @@ def test_units_of_trials_end_with_it_and_wait_for_the_next(
     assert calls == [stops, starts], "the start, which is skipped, shows that it waits"
 
 
+def test_a_trial_ends_the_units_of_the_one_before(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_GUARD", "1")
+    trial_units.allow(home, [UNIT, "k3.service"])
+    arm(home, [], LONG, [UNIT, "k3.service"])
+    arm(home, [], LONG, ["k3.service"])
+    assert not Path(home.outside(trial_file(UNIT))).exists()
+    assert Path(home.outside(trial_file("k3.service"))).exists()
+
+
+def test_a_unit_goes_on_after_a_person_has_released_the_robots(
+    home: Home, old: FakeHost, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NO_GUARD", "1")
+    arm(home, ["koala"], LONG, [UNIT])
+    rounds: list[bool] = []
+
+    def sleep(_: float) -> None:
+        rounds.append(f"stop -- {UNIT}" in old.calls())
+        if len(rounds) == 1:
+            trial_guard.leave(home, ["koala"])
+        elif len(rounds) == 4:
+            trial_guard.disarm(home)
+
+    monkeypatch.setattr(trial_guard.time, "sleep", sleep)
+    trial_guard.run(home)
+    assert rounds == [False] * 4
+
+
+def test_a_removed_swarm_leaves_no_file_that_lets_a_unit_start(home: Home, old: FakeHost) -> None:
+    trial_units.allow(home, [UNIT])
+    assert old.ask({"verb": "remove", "swarm": "new", "who": "me"}).answer
+    assert not Path(home.outside(trial_file(UNIT))).exists()
+
+
 def test_a_unit_that_failed_in_a_trial_keeps_its_state(home: Home, old: FakeHost) -> None:
     (old.prefix / "units" / UNIT).unlink()
     (old.prefix / f"failed-{UNIT}").touch()

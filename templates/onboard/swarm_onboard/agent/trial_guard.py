@@ -58,11 +58,14 @@ def trial_of(
 
 
 def arm(home: Home, trial: Trial) -> None:
-    """Starts the guard, in place of that of an earlier trial, and returns once it runs.
+    """Starts the guard, in place of that of an earlier trial, whose units end, and returns once it runs.
 
     Raises ``FailedError`` and ``OSError``.
     """
     systemd.stop([unit(home)])
+    earlier = _read(home)
+    if earlier is not None and trial.boot_id == earlier.boot_id:
+        trial_units.end(home, [one for one in earlier.units if one not in trial.units])
     files.write_json(home.trial_file, trial._asdict())
     properties = {
         "Type": "notify",
@@ -138,7 +141,7 @@ def run(home: Home) -> None:
         if trial is None:
             return
         latched = set(stop_latches.stamps(home, trial.robots)) == set(trial.robots)
-        if not trial.left(home) or (opened and latched):
+        if not trial.left(home) or (trial.robots and opened and latched):
             try:
                 _latch(home, trial)
             finally:

@@ -13,7 +13,7 @@ from .release_store import Home
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Sequence
+    from typing import Iterable, Sequence
 
 
 SUCCESS = "success"  # the result of a unit that ended well, in systemd
@@ -28,16 +28,26 @@ def allow(home: Home, units: Sequence[str]) -> None:
             pass
 
 
-def end(home: Home, units: Sequence[str]) -> None:
-    """Stops units, which wait for the next trial then; one that has failed keeps its state."""
+def forbid(home: Home, units: Iterable[str]) -> None:
+    """Lets no unit start from now on."""
     for unit in units:
         files.remove(home.outside(trial_file(unit)))
+
+
+def end(home: Home, units: Sequence[str]) -> None:
+    """Stops units, which wait for the next trial then; one that had failed before keeps its state."""
+    forbid(home, units)
+    ran = [unit for unit, state in systemd.states(units).items() if state.up]
     systemd.stop(units)
     states = systemd.states(units)
+    # Many nodes exit with an error when they are stopped: that is no failure.
+    stopped = [one for one in ran if states[one].active == "failed" and states[one].result == "exit-code"]
+    if stopped:
+        systemd.call(["systemctl", "reset-failed", "--", *stopped], 20)
     # A start whose condition is not met makes it the unit's state that it waits for a trial.
     ended = [one for one in units if states[one].load == "loaded" and states[one].active == "inactive"]
-    if ended:
-        systemd.call(["systemctl", "start", "--", *ended], 20)
+    if waiting := [*ended, *stopped]:
+        systemd.call(["systemctl", "start", "--", *waiting], 20)
 
 
 def ended(units: Sequence[str]) -> dict[str, str]:

@@ -14,6 +14,7 @@ from . import (
     stop_latches,
     system_links,
     systemd,
+    trial_units,
     unit_start,
     wireguard_key,
 )
@@ -46,6 +47,7 @@ def withdraw(home: Home, who: str, note: Callable[[str], None] = lambda _: None)
     with suppress(OSError):  # a swarm can be removed from a full disk, too
         record.write(home, Record(state=record.REMOVING, who=who, touched=tuple(units)))
     passed("removing")
+    trial_units.forbid(home, units)
     if units:
         note(f"stopping {named(units)}")
         systemd.stop(units)

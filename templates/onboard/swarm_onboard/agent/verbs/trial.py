@@ -44,7 +44,7 @@ class Request(NamedTuple):
     """At ``at``, s since 1970, release ``robots`` for ``seconds`` and start ``units``, stopped until then.
 
     ``once``: units that run in trials alone, and end with this one; with ``at`` 0 they end, and nothing
-    else is done. ``name``: of the trial, for people.
+    else is done: then ``ended`` is about them. ``name``: of the trial, for people.
     """
 
     swarm: str
@@ -90,8 +90,8 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
     home = home_of(request.swarm)
     deployed = home.current() is not None
     if not request.at or not deployed:
-        ended = trial_guard.ended(home)
         trial_units.end(home, unit_names(request.once))
+        ended = trial_units.ended(request.once) if request.once else trial_guard.ended(home)
         free = disk.free(disk.file_system(bags.folder(home)))
         taken = unit_costs.handle(unit_costs.Request(request.swarm), b"", report)
         released = trial_guard.released(home)
@@ -106,6 +106,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
                 _wait(request.at)
                 if stop_latches.stamps(home, request.robots) != latched:
                     raise RefusedError("a robot was stopped, or released, before the start", _AGAIN)
+                trial_units.allow(home, request.once)
             released = stop_latches.release(home, request.robots, synced=False)
             began = time.time()
             robot_motion.wake(home, released)
@@ -129,7 +130,7 @@ def _checked(home: Home, request: Request) -> dict[str, int]:
             f"not in the release that runs here: {names}", "deploy, then start the trial again"
         )
     others = [one for one in trial_guard.released(home) if one not in robots]
-    if others and robots:
+    if others and (robots or request.once):
         raise RefusedError(
             f"{others[0]} drives in another trial here", "wait for its end, or stop its robots"
         )
@@ -159,8 +160,10 @@ def _stopped(home: Home, request: Request) -> Iterator[None]:
         if stopping := [*request.units, *request.once]:
             _stop(stopping, request.at - time.time())
         yield
-        trial_units.allow(home, request.once)
         starting = stopping
+    except BaseException:
+        trial_units.forbid(home, request.once)
+        raise
     finally:
         systemd.queue_start(starting)
 
@@ -175,9 +178,9 @@ def _stop(units: list[str], seconds: float) -> None:
 @contextmanager
 def _guarded(home: Home, request: Request) -> Iterator[None]:
     """Arms the guard of the trial; disarms it if the block fails."""
-    guarded = request.robots or request.once
+    armed = False
     try:
-        if guarded:
+        if request.robots or request.once:
             recovery_unit.install(home)
             trial = trial_guard.trial_of(
                 home,
@@ -187,12 +190,13 @@ def _guarded(home: Home, request: Request) -> Iterator[None]:
                 units=request.once,
                 seconds=request.at - time.time() + request.seconds + trial_guard.GRACE,
             )
+            armed = True
             trial_guard.arm(home, trial)
         if time.time() > request.at:
             raise FailedError("this host was not ready before the start", _LATER)
         yield
     except BaseException:
-        if guarded:
+        if armed:
             trial_guard.disarm(home)
         raise
 
