@@ -154,11 +154,12 @@ class TrialHosts:
         units = self._of_programs([name])
         [(host, [unit])] = units.items()
         self.stand()
-        if troubles := list(self._end({**self._once, **units})):
+        running = self._of_programs([*filter(self._waits, self._experiment.programs), name])
+        if troubles := list(self._end(running, failures=False)):
             raise TrialError(troubles[0])
         with interruptible():
             try:
-                end, away = time.monotonic() + _RESET, ""
+                end = time.monotonic() + _RESET
                 _require_started(self._begin(f"{self._name}, reset", {}, units, _RESET)[1])
                 with console.err().status(f"program {name} resets the robots; Ctrl-C stops them"):
                     while True:
@@ -174,8 +175,8 @@ class TrialHosts:
         if troubles := [f"{one.robot}: {one.trouble}" for one in stops if not _stood(one)] + troubles:
             raise TrialError(troubles[0])
 
-    def _end(self, units: Mapping[str, list[str]]) -> Iterator[str]:
-        """Ends programs that run in trials alone; yields which have failed, and why one may run on."""
+    def _end(self, units: Mapping[str, list[str]], *, failures: bool = True) -> Iterator[str]:
+        """Ends programs that run in trials alone; yields why one may run on, and ``failures`` of others."""
         wanted = {
             host: trial_verb.Request(self._swarm.name, operators.this_one(), [], [], of_host, 0.0, 0.0)
             for host, of_host in units.items()
@@ -188,7 +189,7 @@ class TrialHosts:
         for host, one in results_of(ended).items():
             if isinstance(one, HostError):
                 yield _message(host, one)
-            else:
+            elif failures:
                 yield from _failures(host, one)
 
     def _ready(self, number: int) -> Trial:

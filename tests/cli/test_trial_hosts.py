@@ -29,11 +29,14 @@ class Hosts(TrialHosts):
     def __init__(self, *answers: dict[str, verb.Answer | HostError], trouble: str = "") -> None:
         self._swarm: Any = SimpleNamespace(
             name="lab",
-            programs={"home": SimpleNamespace(host="laptop")},
+            programs=dict.fromkeys(
+                ("home", "circle"),
+                SimpleNamespace(host="laptop", declared=SimpleNamespace(lifecycle="trial")),
+            ),
             hosts={one: SimpleNamespace(optional=False) for one in ("pi", "laptop")},
         )
         self._name, self._parallel = "circles", 2
-        self._experiment: Any = SimpleNamespace(reset="home", duration=3600.0)
+        self._experiment: Any = SimpleNamespace(reset="home", programs=["circle"], duration=3600.0)
         self._robots, self._units, self._once = {"pi": ["k3"]}, {}, {"laptop": [HOME]}
         self._targets: Any = dict.fromkeys(("pi", "laptop"))
         self._all = self._targets, self._robots
@@ -48,9 +51,9 @@ class Hosts(TrialHosts):
         self.done.append("begin")
         return {"pi": Clock(0.0, 0.0)}, dict.fromkeys(("pi", "laptop"), ANSWER)
 
-    def _end(self, units: object) -> Iterator[str]:
-        self.done.append("end")
-        if self.trouble and self.done.count("end") > 1:
+    def _end(self, units: Any, *, failures: bool = True) -> Iterator[str]:
+        self.done.append(f"end {' '.join(one for of_host in units.values() for one in of_host)}")
+        if failures and self.trouble:
             yield self.trouble
 
 
@@ -85,7 +88,8 @@ RUNNING: dict[str, verb.Answer | HostError] = {"pi": ANSWER, "laptop": ANSWER}
 def test_a_reset_ends_with_its_program_also_over_a_lost_connection() -> None:
     one = made(RUNNING, {"pi": AWAY, "laptop": AWAY}, ended("success"))
     one.reset()
-    assert (one.done, one.answers) == (["stop", "end", "begin", "stop", "end"], [])
+    ends = f"end swarm-lab.circle.service {HOME}"
+    assert (one.done, one.answers) == (["stop", ends, "begin", "stop", f"end {HOME}"], [])
 
 
 @pytest.mark.usefixtures("seen")
@@ -102,7 +106,7 @@ def test_a_reset_that_fails_or_is_stopped_stops_the_robots(
     one = made(RUNNING, answer)
     with pytest.raises(TrialError, match=words):
         one.reset()
-    assert one.done[-2:] == ["stop", "end"]
+    assert one.done[-2:] == ["stop", f"end {HOME}"]
 
 
 @pytest.mark.usefixtures("seen")

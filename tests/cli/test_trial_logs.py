@@ -169,7 +169,7 @@ class Idle(TrialHosts):
     def _stop(self) -> Iterator[Any]:
         return iter(())
 
-    def _end(self, units: object) -> Iterator[str]:
+    def _end(self, units: object, *, failures: bool = True) -> Iterator[str]:
         return iter(())
 
 
