@@ -171,6 +171,7 @@ def nothing_started(home: Home, old: FakeHost) -> bool:
             start_at(NOW + 3, "koala", units=("sshd.service",)),
             "not in the release that runs here: sshd.service",
         ),
+        (start_at(0.0, units=(), once=("sshd.service",)), "not in the release that runs here: sshd.service"),
         (start_at(NOW + 3, "koala", "epuck"), "not stopped: epuck"),
         (start_at(NOW + 3, "koala", seconds=0.0), "a trial cannot last 0 s"),
         (start_at(NOW + 3, "koala", seconds=float("nan")), "a trial cannot last nan s"),

@@ -90,7 +90,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
     home = home_of(request.swarm)
     deployed = home.current() is not None
     if not request.at or not deployed:
-        trial_units.end(home, unit_names(request.once))
+        trial_units.end(home, _own(home, request.once))
         ended = trial_units.ended(request.once) if request.once else trial_guard.ended(home)
         free = disk.free(disk.file_system(bags.folder(home)))
         taken = unit_costs.handle(unit_costs.Request(request.swarm), b"", report)
@@ -120,15 +120,21 @@ def _batteries(home: Home) -> dict[str, float]:
     return {robot: float(share) for robot, share in shares.items() if isinstance(share, (int, float))}
 
 
-def _checked(home: Home, request: Request) -> dict[str, int]:
-    """The stamps of the robots' latches. Raises ``RefusedError`` for a request that cannot be met."""
-    robots, units = stop_latches.robot_names(request.robots), unit_names([*request.units, *request.once])
-    foreign = set(units) - {one["name"] for one in home.units(home.current())}
-    if foreign:
+def _own(home: Home, units: list[str]) -> list[str]:
+    """Returns units of the release that runs here. Raises ``RefusedError`` for another."""
+    own = {one["name"] for one in home.units(home.current())} if units else set()
+    if foreign := set(unit_names(units)) - own:
         names = ", ".join(sorted(foreign))
         raise RefusedError(
             f"not in the release that runs here: {names}", "deploy, then start the trial again"
         )
+    return units
+
+
+def _checked(home: Home, request: Request) -> dict[str, int]:
+    """The stamps of the robots' latches. Raises ``RefusedError`` for a request that cannot be met."""
+    robots = stop_latches.robot_names(request.robots)
+    _own(home, [*request.units, *request.once])
     others = [one for one in trial_guard.released(home) if one not in robots]
     if others and (robots or request.once):
         raise RefusedError(
