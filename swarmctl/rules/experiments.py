@@ -27,13 +27,14 @@ def programs_of_people(context: RuleContext) -> Iterator[Diagnostic]:
         for place, one in enumerate(experiment.programs):
             program = context.spec.programs[one]
             if program.use in INTERACTIVE or program.lifecycle == "interactive":
+                instead = "" if program.use else ", or write `lifecycle: trial`"
                 yield Diagnostic(
                     "EXP001",
                     f"experiment `{name}` starts `{one}`, which only a person starts",
                     context.span("experiments", name, "programs", place),
                     label="not started by a trial",
                     notes=(Note(context.span("programs", one, "lifecycle", "use"), "it needs a terminal"),),
-                    help=("remove it, and start it by hand before the trials, or write `lifecycle: trial`",),
+                    help=(f"remove it, and start it by hand before the trials{instead}",),
                 )
 
 

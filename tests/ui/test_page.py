@@ -158,6 +158,7 @@ def test_it_fits_a_phone(browser: Browser) -> None:
     with served(control=True) as (url, pages), opened(browser, url, PHONE) as page:
         wait_for(pages.opened.is_set)
         pages.send("status", without_cable())
+        expect(page.locator("#state")).to_contain_text("not healthy")  # the picture moves down for it
         pages.send("telemetry", {"robots": {"k3": report()}, "missing": []})
         node(page, "robot:k3").click()
         expect(page.locator("#plot canvas")).to_be_visible()
