@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Set
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 from swarm_onboard.agent import robot_motion
@@ -15,7 +14,7 @@ from swarm_onboard.agent.trial_units import SUCCESS
 from swarm_onboard.agent.verbs import recording as recording_verb
 from swarm_onboard.agent.verbs import trial as trial_verb
 
-from swarmctl.cli import console, readiness_look, trial_logs
+from swarmctl.cli import console, readiness_look, stop_signals, trial_logs
 from swarmctl.cli.recording_hosts import RecordingHosts
 from swarmctl.cli.trial import Trial, TrialError
 from swarmctl.cli.trial_topics import LiveTopics, live
@@ -83,7 +82,7 @@ class TrialHosts:
 
     def run(self, number: int, folder: Path) -> Trial:
         """Runs a trial; ``folder`` gets its bags and logs. Raises ``TrialError`` if it cannot begin."""
-        with interruptible():
+        with stop_signals.as_interrupt():
             trial = self._ready(number)
             recording = self._recording()
             try:
@@ -97,7 +96,7 @@ class TrialHosts:
             except TrialError as error:
                 trial.fail(str(error))
             finally:  # whatever it is that ends the trial
-                with _signals(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                with stop_signals.ignored():
                     trial.stops = list(self._stop())
                     for trouble in self._end(self._once):
                         trial.fail(trouble)
@@ -157,7 +156,7 @@ class TrialHosts:
         running = self._of_programs([*filter(self._waits, self._experiment.programs), name])
         if troubles := list(self._end(running, failures=False)):
             raise TrialError(troubles[0])
-        with interruptible():
+        with stop_signals.as_interrupt():
             try:
                 end = time.monotonic() + _RESET
                 _require_started(self._begin(f"{self._name}, reset", {}, units, _RESET)[1])
@@ -170,7 +169,7 @@ class TrialHosts:
                         if time.monotonic() > end:
                             raise TrialError(away or f"program {name} did not end within {_RESET:g} s")
             finally:
-                with _signals(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                with stop_signals.ignored():
                     stops, troubles = list(self._stop()), list(self._end(units))
         if troubles := [f"{one.robot}: {one.trouble}" for one in stops if not _stood(one)] + troubles:
             raise TrialError(troubles[0])
@@ -282,7 +281,8 @@ class TrialHosts:
         self, name: str, units: Mapping[str, list[str]], once: Mapping[str, list[str]], seconds: float
     ) -> tuple[dict[str, Clock], dict[str, trial_verb.Answer | HostError]]:
         """Lets all hosts start at one instant; returns their clocks and answers. Raises ``TrialError``."""
-        hosts = list(dict.fromkeys((*self._robots, *units, *once)))
+        robots = self._robots
+        hosts = list(dict.fromkeys((*robots, *units, *once)))
         targets = {host: self._targets[host] for host in hosts}
         swarm, transport = self._swarm.name, self._connect()
         found = _answers(trial_start.seen(swarm, targets, transport, parallel=len(hosts)))
@@ -290,14 +290,7 @@ class TrialHosts:
         at, who = trial_start.instant(clocks, _LEAD), operators.this_one()
         wanted = {
             host: trial_verb.Request(
-                swarm,
-                who,
-                self._robots.get(host, []),
-                units.get(host, []),
-                once.get(host, []),
-                at,
-                seconds,
-                name,
+                swarm, who, robots.get(host, []), units.get(host, []), once.get(host, []), at, seconds, name
             )
             for host in hosts
         }
@@ -380,23 +373,8 @@ def _stood(one: RobotStop) -> bool:
     return one.state != "failed" and one.trouble != robot_motion.STILL_TURN
 
 
-def interruptible() -> AbstractContextManager[None]:
-    """Makes SIGTERM and SIGHUP, of a terminal that closes, a KeyboardInterrupt within the block."""
-    return _signals(signal.default_int_handler, signal.SIGTERM, signal.SIGHUP)
-
-
-@contextmanager
-def _signals(handler: Any, *numbers: signal.Signals) -> Iterator[None]:
-    """Handles signals so within the block."""
-    before = {number: signal.signal(number, handler) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, one in before.items():
-            signal.signal(number, one)
-
-
 def _require_started(results: Mapping[str, trial_verb.Answer | HostError]) -> None:
+    """Raises ``TrialError`` for a host that did not start."""
     for host, one in _answers_of(results).items():
         if not one.deployed:
             raise TrialError(f"{host}: the swarm is not deployed to this host")

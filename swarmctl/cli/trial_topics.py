@@ -108,11 +108,11 @@ def _follow(
     stop: Stop,
 ) -> None:
     """Reads a topic, over another connection after each that is lost."""
-    island = _island(swarm, name)
-    middleware = middleware_of(island.distro)
-    line = middleware.topic_tool.line(swarm.name, middleware.topic_tool.echo(name))
     try:
         with bugs_as_errors(name):
+            island = _island(swarm, name)
+            middleware = middleware_of(island.distro)
+            line = middleware.topic_tool.line(swarm.name, middleware.topic_tool.echo(name))
             if island.hub not in targets:
                 raise HostError(Kind.UNREACHABLE, f"{island.hub}, where {name} is read, does not answer")
             while not stop.requested:

@@ -70,9 +70,8 @@ def run(
     Exit code 5 if a trial failed, or does not succeed by the criteria of the spec.
     """
     from swarmctl.capsule.signature import sign
-    from swarmctl.cli import swarm_look, trial_capsule
+    from swarmctl.cli import stop_signals, swarm_look, trial_capsule
     from swarmctl.cli.replay import replayed, require_same
-    from swarmctl.cli.trial_hosts import interruptible
     from swarmctl.cli.trial_release import Releases
     from swarmctl.spec.trial_parameters import combinations
 
@@ -81,7 +80,7 @@ def run(
     done: dict[Path, Trial] = {}
     operators, index = where, None
     with ExitStack() as stack:
-        stack.enter_context(interruptible())
+        stack.enter_context(stop_signals.as_interrupt())
         if capsule is not None:
             where, index = stack.enter_context(replayed(where, capsule))
         wanted = swarm_look.expected(where)
