@@ -16,7 +16,7 @@ from swarmctl.cli import exit_codes
 from tests.e2e.bags import forget
 from tests.e2e.conducted import Tried
 from tests.e2e.experiment import EXAMPLES, STILL, Experiment
-from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, Note, moves, until
+from tests.e2e.lab_swarm import LEADER, SOURCE, LabSwarm, Note, moves, quoted, until
 from tests.timing import Promise
 
 #: Prints the limit that the driver of k3 shows, and whether it takes another one from a stranger.
@@ -35,6 +35,23 @@ while (shown := result(client.get_parameters(["limits.linear"])).values[0].doubl
     time.sleep(0.1)
 print(shown)
 print(result(client.set_parameters([Parameter("limits.linear", value=5.0)])).results[0].successful)
+"""
+#: Announces itself once, and from then on to newcomers alone.
+ONCE = (
+    "<builtin><discovery_config><leaseDuration><sec>172800</sec></leaseDuration><leaseAnnouncement>"
+    "<sec>86400</sec></leaseAnnouncement><initialAnnouncements><count>0</count></initialAnnouncements>"
+    "</discovery_config>"
+)
+RARELY = f"""{SOURCE}; sed {quoted(f"s,<builtin>,{ONCE},")} $FASTRTPS_DEFAULT_PROFILES_FILE > /tmp/rare.xml
+export FASTRTPS_DEFAULT_PROFILES_FILE=/tmp/rare.xml"""
+RARE_NODE = """
+import rclpy
+from std_msgs.msg import String
+rclpy.init()
+node = rclpy.create_node("rare")
+publisher = node.create_publisher(String, "/rare", 1)
+print("runs", flush=True)
+rclpy.spin(node)
 """
 OUTAGE = 30.0  # s; DDS forgets a node that is silent for 20 s
 
@@ -67,6 +84,15 @@ class TestLeader(Tried):
     ) -> None:
         with experiment.lab.publishing(host, "epuck", 0.05):
             experiment.refuses("epuck", "epuck-pi")
+
+    def test_a_node_that_answers_newcomers_alone_is_seen(self, experiment: Experiment) -> None:
+        node = f"python3 -c {quoted(RARE_NODE)}"
+        with experiment.lab.running(LEADER, node, source=RARELY) as rare:
+            assert rare.process.stdout is not None
+            assert rare.process.stdout.readline() == "runs\n"
+            for _ in range(5):
+                listed = experiment.lab.swarmctl("topic list", "--json").json()["topics"]
+                assert "/rare" in {one["topic"] for one in listed}
 
     def test_a_driver_takes_a_lower_limit_and_shows_it(self, experiment: Experiment) -> None:
         lab, k3 = experiment.lab, "k3: {type: khepera3, host: k3-pi"

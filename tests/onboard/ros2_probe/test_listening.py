@@ -91,6 +91,33 @@ def test_large_messages_end_it_early() -> None:
     assert not listening.running
 
 
+@pytest.mark.parametrize(
+    ("times", "ends"),
+    [
+        ([0.3, 1.3, 2.3], 2.3),  # with the last message that its window can have
+        ([0.3, 1.2, 2.0, 2.7], 2.8),  # one that is a little quicker, with its window
+        ([0.3, 0.4, 0.5], 2.8),
+        ([0.3, 1.9], 2.8),
+    ],
+)
+def test_a_slow_topic_is_measured_until_its_rate_is_known(
+    times: list[float], ends: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node, wanted = Node(), request(nodes={"/k3/driver": {"/k3/odom": 2.5}})
+    driver = end("/k3/driver", "/k3/odom")
+    listening = Listening(wanted, node, 15.0, subscribe)
+    listening.begin(Graph(["/k3/driver"], (driver,), ()), 0.0)
+    for now in times:
+        monkeypatch.setattr(time, "monotonic", lambda now=now: now)
+        listening.end(now)
+        assert listening.running
+        node.taking["/k3/odom"](b"", driver.gid, 0, 0)
+    listening.end(ends - 0.01)
+    assert listening.running
+    listening.end(ends)
+    assert not listening.running
+
+
 def test_a_type_that_the_host_lacks_is_named_and_not_measured() -> None:
     node, wanted = Node(), request()
     graph = Graph(["/k3/driver"], (end("/k3/driver", "/k3/odom", "lab_msgs/msg/Odometry"),), ())

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _CONNECTS = 1.5  # s until a new subscription receives the first message, beside the window
 _LARGEST_FLOW = 32 << 20  # bytes of one topic after which a measurement ends early
 _FOR_A_RATE = 2  # messages
+_OF_A_SLOW_ONE = 3  # messages within its window, two and a half periods; with the last, this ends early
+_MOST = 0.75  # of a window
 _DEPTH = 100
 _DIAGNOSTICS = "/diagnostics"
 _GID = 16  # bytes that are significant; Humble pads to 24
@@ -43,6 +45,8 @@ class _Received(Flow):
             if self.size > _LARGEST_FLOW and self.count >= _FOR_A_RATE:
                 self.due = now
                 self.seconds = min(self.seconds, now - self.began)
+            if self.count == _OF_A_SLOW_ONE and now >= self.began + _MOST * self.seconds:
+                self.due = now
 
 
 class Listening:

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Iterator, Mapping
 
 from swarm_onboard.agent.texts import clipped
-from swarm_onboard.ros2_probe import discovery
+from swarm_onboard.ros2_probe import announcements, discovery
 from swarm_onboard.ros2_probe.discovery import Discovery
 from swarm_onboard.ros2_probe.endpoints import HIDDEN, Endpoint, Graph, full_name, parts
 from swarm_onboard.ros2_probe.listening import Listening
@@ -66,8 +66,10 @@ def _seen(request: Request) -> dict[str, Any]:
 def joined(name: str) -> Iterator[Any]:
     """Yields a node that offers and prints nothing of its own, and leaves the graph at the end."""
     rclpy, signals = import_module("rclpy"), import_module("rclpy.signals")  # the agent has none
+    send_on = announcements.held(os.environ)
     rclpy.init(args=list(_QUIETLY), signal_handler_options=signals.SignalHandlerOptions.NO)
     node = rclpy.create_node(name, start_parameter_services=False, enable_rosout=False)
+    send_on()
     try:
         yield node
     finally:
@@ -93,11 +95,10 @@ def _looked(request: Request, node: Any, turn: Any) -> dict[str, Any]:
         turn()
         now = time.monotonic()
         listening.end(now)
-        if now < looked + _LOOK_EVERY:
-            continue
-        looked, graph = now, graph_of(node, services=provided)
-        listening.begin(graph, now)
-        discovered.look(graph, now)
+        if now >= looked + _LOOK_EVERY:
+            looked, graph = now, graph_of(node, services=provided)
+            listening.begin(graph, now)
+            discovered.look(graph, now)
         if discovered.finished and not listening.running:
             break
     listening.end(time.monotonic(), all_=True)
