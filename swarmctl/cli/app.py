@@ -119,6 +119,11 @@ _BRING = (
         example="deploy swarm.yaml --yes",
     ),
     Verb(
+        "watch",
+        "Keep the hosts at the release of the spec: each gets it once it answers.",
+        example="watch swarm.yaml",
+    ),
+    Verb(
         "adopt",
         "Bring what was edited on hosts into the files of the spec.",
         HOSTS_UNREACHABLE,

@@ -93,7 +93,7 @@ class View:
             chosen = choose(deployment)
             if dry_run:
                 raise typer.Exit(self._dry_run(deployment.plan, chosen))
-            if chosen.waves and not (stop.requested or deployment.held or yes or saved or self.json):
+            if chosen.waves and not (stop.requested or deployment.held(chosen) or yes or saved or self.json):
                 self._ask(deployment.plan, chosen)
             with interruptible(rollout_output.note, stop):
                 return rollout_output.results(deployment.change(chosen), hosts, quiet=self.json)

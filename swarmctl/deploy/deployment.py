@@ -18,7 +18,7 @@ from swarmctl.deploy.observe_host import NO_SECRETS, observe_host
 from swarmctl.deploy.outcome import Outcome, Rules, held, locked_ones, why
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
-from swarmctl.plan.observed_host import Observed, not_edited
+from swarmctl.plan.observed_host import Observed, not_edited, not_newer
 from swarmctl.plan.plan import HostPlan, Plan
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.plan.robots_in_use import BUSY, Dependents, not_busy, stops_of
@@ -89,7 +89,7 @@ class Deployment:
         self._guard = (
             Guard(
                 dependents, targets, self._connections, parallel, self._stop,
-                lenient=rules.most_failed is None, stop_robots=rules.stop_robots,
+                lenient=rules.most_failed is None or rules.when_seen, stop_robots=rules.stop_robots,
             )
             if dependents
             else None
@@ -132,7 +132,7 @@ class Deployment:
         if self._guard is None:
             return
         stops = {host: stops_of(one.plan) for host, one in self._surveyed.items() if not one.plan.problem}
-        away = self._bundles.keys() - self._surveyed.keys()
+        away = self._away()
         seen, noted = self._guard.look(stops, away), False
         while seen.problems and time.monotonic() < until and not self._stop.requested:
             if not noted:
@@ -150,10 +150,9 @@ class Deployment:
         """The hosts, in the order of the spec."""
         return list(self._bundles)
 
-    @property
-    def held(self) -> bool:
+    def held(self, order: Order) -> bool:
         """True if none will change: so many hosts have failed in the survey, or another run is at work."""
-        return bool(locked_ones(self.errors)) or self._rules.holds(self.errors)
+        return bool(locked_ones(self.errors)) or self._rules.of(order).holds(self.errors)
 
     @property
     def plan(self) -> Plan:
@@ -171,6 +170,7 @@ class Deployment:
 
     def change(self, order: Order) -> Iterator[Event[Outcome]]:
         """Executes the plans in this order. Every host ends in exactly one ``Finished``."""
+        self._rules = self._rules.of(order)
         deployed = []
         for event in self._changes(order):
             if isinstance(event, Finished) and not isinstance(event.outcome, HostError):
@@ -244,7 +244,12 @@ class Deployment:
             return Seen({})
         hosts = chain.from_iterable(waves if self._rules.stop_robots else waves[:1])
         stops = {host: stops_of(self._surveyed[host].plan) for host in hosts}
-        return self._guard.clear(stops, self._bundles.keys() - self._surveyed.keys())
+        return self._guard.clear(stops, self._away())
+
+    def _away(self) -> dict[str, str]:
+        """Why hosts did not answer in the survey, or an empty text if their errors hold back all others."""
+        errors = {host: self.errors[host] for host in self._bundles.keys() - self._surveyed.keys()}
+        return {host: str(one) if one.kind in self._rules.apart else "" for host, one in errors.items()}
 
     def _wave(
         self, lease: SwarmLease, wave: list[str], failed: Mapping[str, HostError], *, together: bool
@@ -340,6 +345,8 @@ class Deployment:
         if stops_of(plan) and not plan.problem:
             observed = self._observed_in_use(target, bundle)
             plan = reconcile(bundle, observed)
+        if self._rules.when_seen:
+            plan = not_newer(plan, observed, self._rules.issued)
         if not plan.problem and not self._rules.overwrite_edits:
             plan = not_edited(plan, bundle, observed)
         return ObservedHost(plan if plan.problem else not_busy(plan, bundle, observed), observed, recovered)
@@ -353,7 +360,7 @@ class Deployment:
 
         return HostTransaction(
             self._bundles[target.host], run, connect, log_in, self._stop, self._rules.terms, on_progress,
-            stop_robots=self._rules.stop_robots, secrets=self._secrets,
+            stop_robots=self._rules.stop_robots, secrets=self._secrets, issued=self._rules.issued,
         )  # fmt: skip
 
     def _observed_in_use(self, target: Target, bundle: Bundle) -> Observed:

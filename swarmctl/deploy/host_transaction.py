@@ -68,6 +68,7 @@ class HostTransaction:
     note: Callable[[str], None]
     stop_robots: bool = False
     secrets: Mapping[str, str] = field(default_factory=dict, repr=False)
+    issued: float = 0.0
 
     @property
     def release(self) -> str:
@@ -195,6 +196,7 @@ class HostTransaction:
             who=operators.this_one(),
             run=self.run,
             stop_robots=self.stop_robots,
+            issued=self.issued,
         )
         archive = agent_client.pack(
             self.bundle.manifest_bytes,

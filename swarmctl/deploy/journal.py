@@ -11,6 +11,7 @@ from typing import Any
 from swarm_onboard.agent.host_list import HostLogin
 
 from swarmctl.plan.observed_host import NOTHING, Observed
+from swarmctl.remote import operators
 from swarmctl.remote.answer_check import checked
 from swarmctl.remote.transport import HostError
 from swarmctl.render.manifest import ManifestData
@@ -58,6 +59,32 @@ def failed(place: Path, *, lab: bool) -> list[str]:
 
 def _failed(place: Path, *, lab: bool) -> Path:
     return place / (".failed-lab" if lab else ".failed")
+
+
+def remember_awaited(place: Path, hosts: Mapping[str, str], *, lab: bool) -> None:
+    """Store the hosts that this process waits for to deploy to them, each with the reason."""
+    file = _awaited(place, lab=lab)
+    if not hosts:
+        file.unlink(missing_ok=True)
+        return
+    place.mkdir(parents=True, exist_ok=True)
+    draft = place / ".awaited.new"
+    draft.write_text(json.dumps({"who": operators.this_one(), "hosts": hosts}), "utf-8")
+    draft.replace(file)
+
+
+def awaited(place: Path, *, lab: bool) -> dict[str, str]:
+    """Returns the hosts that a process of this machine waits for, each with the reason."""
+    try:
+        found = json.loads(_awaited(place, lab=lab).read_text("utf-8"))
+        hosts = {str(host): str(why) for host, why in found["hosts"].items()}
+        return {} if operators.ended_here(found["who"]) else hosts
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {}
+
+
+def _awaited(place: Path, *, lab: bool) -> Path:
+    return place / (".awaited-lab" if lab else ".awaited")
 
 
 def left(place: Path, hosts: Collection[str]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from swarm_onboard.agent.motion_gate import RobotUse
@@ -19,6 +19,7 @@ from swarmctl.remote.transport import HostError, Kind, Target
 _UNKNOWN = "`--keep-going` goes on without an answer, as does `optional: true` for a host that may be away"
 
 
+NONE_AWAY: Mapping[str, str] = {}
 Uses = Mapping[str, RobotUse]
 """The robots in use, by name."""
 
@@ -44,21 +45,23 @@ class Guard:
     lenient: bool = False
     stop_robots: bool = False
 
-    def look(self, stops: Stops, away: Collection[str] = ()) -> Seen:
+    def look(self, stops: Stops, away: Mapping[str, str] = NONE_AWAY) -> Seen:
         """Returns which units must not stop now, since robots in use depend on them.
 
-        Hosts that are ``away`` are left out. Robots that ``clear`` would stop do not count.
+        ``away``: hosts that are not asked, each with the reason; without one its robots do not count. Robots
+        that ``clear`` would stop do not count either.
         """
         return self._seen(stops, away, stop=False)
 
-    def clear(self, stops: Stops, away: Collection[str] = ()) -> Seen:
+    def clear(self, stops: Stops, away: Mapping[str, str] = NONE_AWAY) -> Seen:
         """As ``look``, but robots are stopped first, and count if they are not confirmed to stand."""
         return self._seen(stops, away, stop=True)
 
-    def _seen(self, stops: Stops, away: Collection[str], *, stop: bool) -> Seen:
+    def _seen(self, stops: Stops, away: Mapping[str, str], *, stop: bool) -> Seen:
         robots = self.dependents.robots(stops)
         queried = {host: names for host, names in robots.items() if host not in away}
-        if not queried:
+        unasked = {host: why for host, why in away.items() if why and host in robots}
+        if not queried and not unasked:
             return Seen({})
         uses, errors, _ = self._query(queried, stop=False)
         found = self.dependents.in_use(stops, uses)
@@ -66,7 +69,8 @@ class Guard:
         if found and self.stop_robots:
             left, notes = self._stopped(found, uses) if stop else ({}, [])
             found = self.dependents.in_use(stops, left)
-        unknown = self.dependents.unknown(stops, {host: str(error) for host, error in errors.items()})
+        failed = unasked | {host: str(error) for host, error in errors.items()}
+        unknown = self.dependents.unknown(stops, failed)
         hosts = self.dependents.swarm.hosts
         passed = [one for one in unknown if self.lenient or hosts[one.robot.host].optional]
         notes += [Note(one.robot.host, f"{one.robot.name} {one.why}") for one in passed]

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from swarm_onboard.agent.systemd import UnitState
 
 from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.prepare import Prepared
 from swarmctl.plan.plan import HostPlan
+from swarmctl.plan.waves import Order
 from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.yamltext import hostlist
+
+#: Kinds of errors of hosts that may get the release later by themselves.
+WAITS = (ErrorKind.UNREACHABLE, ErrorKind.LOST, ErrorKind.BUSY)
 
 
 @dataclass(frozen=True)
@@ -22,7 +27,10 @@ class Rules:
     ``optional``: hosts that do not count; ``terms``: what a change must show before it stays;
     ``stop_robots``: robots that move or are under command are stopped, where a change would touch them;
     ``overwrite_edits``: what people have edited on a host may be replaced;
-    ``wait``: s that the survey waits for robots that must not be touched now."""
+    ``wait``: s that the survey waits for robots that must not be touched now; ``apart``: kinds of errors that
+    hold back no others, where hosts need not change together; ``when_seen``: a host keeps a release that was
+    chosen later, and robots of hosts that do not answer hold nothing back; ``issued``: when it was chosen, s
+    since 1970."""
 
     most_failed: int | None = 0
     optional: Collection[str] = ()
@@ -30,6 +38,9 @@ class Rules:
     stop_robots: bool = False
     wait: float = 0.0
     overwrite_edits: bool = False
+    apart: Collection[ErrorKind] = ()
+    when_seen: bool = False
+    issued: float = field(default_factory=time.time)
 
     def holds(self, errors: Mapping[str, HostError]) -> bool:
         """Returns True if so many hosts have failed that the others are held back."""
@@ -37,7 +48,15 @@ class Rules:
 
     def counted(self, errors: Mapping[str, HostError]) -> dict[str, HostError]:
         """Returns the errors of the hosts that count."""
-        return {host: error for host, error in errors.items() if host not in self.optional}
+        return {
+            host: error
+            for host, error in errors.items()
+            if host not in self.optional and error.kind not in self.apart
+        }
+
+    def of(self, order: Order) -> Rules:
+        """Returns the rules for this order."""
+        return replace(self, apart=()) if order.together else self
 
 
 @dataclass(frozen=True)
@@ -79,6 +98,8 @@ def why(failed: Mapping[str, HostError]) -> str:
     for host, error in failed.items():
         words = {ErrorKind.UNFIT: "cannot run its part", ErrorKind.UNREACHABLE: "does not answer"}
         words[ErrorKind.BUSY] = "has a robot that must not be touched now"
+        words[ErrorKind.NEWER] = "has a release that was deployed later"
+        words[ErrorKind.LOST] = "was lost amid the work"
         words[ErrorKind.EDITED] = "has files that were edited there"
         text = words.get(error.kind, "failed")
         if error.kind is ErrorKind.REFUSED:

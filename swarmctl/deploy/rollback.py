@@ -148,5 +148,6 @@ class _HostRollback(HostTransaction):
             who=operators.this_one(),
             run=self.run,
             stop_robots=self.stop_robots,
+            issued=self.issued,
         )
         return ask(host, rollback.handle, request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from swarm_onboard.agent.messages import BlockDrift, FileDrift, LinkDrift, SecretState
 from swarm_onboard.agent.paths import ROOT
-from swarm_onboard.agent.record import REMOVING
+from swarm_onboard.agent.record import APPLIED, REMOVING
 
 from swarmctl.adoption.changes import EditedFile
 from swarmctl.plan.plan import HostPlan, Problem
@@ -172,6 +172,20 @@ def not_edited(plan: HostPlan, bundle: Bundle, observed: Observed) -> HostPlan:
     """Returns the plan, with a problem if it would replace an edit with other content."""
     text = lost(bundle, observed) if plan.steps else ""
     return replace(plan, problem=Problem(EDITED, text, hint(bundle.swarm))) if text else plan
+
+
+NEWER = "newer"
+
+
+def not_newer(plan: HostPlan, observed: Observed, issued: float) -> HostPlan:
+    """Returns the plan, with a problem if the host has another release, which was chosen after ``issued``."""
+    last = observed.transaction
+    if last is None or last.state != APPLIED or last.issued <= issued or last.next in ("", None, plan.next):
+        return plan
+    text = f"release {last.next} was deployed later, by {last.who or 'someone'}"
+    return replace(
+        plan, problem=Problem(NEWER, text, "deploy again if this spec is what the swarm should have")
+    )
 
 
 def hint(swarm: str) -> str:

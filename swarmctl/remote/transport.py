@@ -27,6 +27,7 @@ class Kind(str, Enum):
     PROTOCOL = "protocol"  # the answer is not a valid answer of the agent
     REFUSED = "refused"  # the agent rejected the request: locked, stale plan, disk full, ...
     BUSY = "busy"  # a robot that the change would touch moves or is under command
+    NEWER = "newer"  # it has a release that was chosen after this one
     EDITED = "edited"  # the change would replace what people have edited on the host
     UNFIT = "unfit"  # the host lacks what its part of the swarm needs
     HELD = "held back"  # never changed: another host is unfit

@@ -13,7 +13,7 @@ from swarmctl.deploy.host_transaction import HostTransaction, Terms
 from swarmctl.deploy.outcome import Outcome, Rules
 from swarmctl.plan.waves import Consistency, order
 from swarmctl.remote.parallel_hosts import Event
-from swarmctl.remote.transport import Target, Transport
+from swarmctl.remote.transport import Kind, Target, Transport
 from swarmctl.render.bundle import Bundle
 from tests.onboard.agent.fakehost import FakeHost
 
@@ -30,15 +30,20 @@ def deploy(
     consistency: Consistency = "independent",
     parts: tuple[Impact, ...] = (),
     overwrite_edits: bool = False,
+    apart: tuple[Kind, ...] = (),
+    issued: float | None = None,
     parallel: int = 16,
     **more: Any,
 ) -> Iterator[Event[Outcome]]:
-    """Deploys to all hosts at a time, whatever becomes of some."""
+    """Deploys to all hosts at a time, whatever becomes of some. ``issued``: as for `--when-seen`."""
     rules = Rules(
         most_failed,
         optional,
         terms or Terms(healthy_for=0.1, healthy_within=5),
         overwrite_edits=overwrite_edits,
+        apart=apart,
+        when_seen=issued is not None,
+        **({} if issued is None else {"issued": issued}),
     )
     with Deployment(bundles, targets, transport, rules=rules, parallel=parallel, **more) as deployment:
         for _ in deployment.survey():

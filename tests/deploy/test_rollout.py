@@ -5,6 +5,7 @@ The hosts are folders, and the real agent works on them; only the way there is s
 
 from __future__ import annotations
 
+import random
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -14,7 +15,7 @@ import pytest
 from swarm_onboard.agent.steps import Kind as Do
 
 from swarmctl.deploy import journal
-from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.outcome import WAITS, Outcome
 from swarmctl.deploy.rollout import observe
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target
@@ -199,6 +200,55 @@ def test_a_host_that_is_away_holds_the_others_back(hosts: dict[str, FakeHost]) -
 
     found = changed(deployed(deploy(bundles(), TARGETS, away, most_failed=1)))
     assert found == {"leader": True, "k3": Kind.UNREACHABLE, "epuck": True}
+
+
+def test_a_host_that_is_away_is_left_out_unless_all_change_together(hosts: dict[str, FakeHost]) -> None:
+    away = FolderTransport(hosts, {"k3": HostError(Kind.UNREACHABLE, "no route")})
+    apart = {"most_failed": 0, "apart": (Kind.UNREACHABLE,)}
+    found = changed(deployed(deploy(bundles(), TARGETS, away, consistency="all", **apart)))
+    assert found == {"leader": Kind.HELD, "k3": Kind.UNREACHABLE, "epuck": Kind.HELD}
+    found = changed(deployed(deploy(bundles(), TARGETS, away, **apart)))
+    assert found == {"leader": True, "k3": Kind.UNREACHABLE, "epuck": True}
+
+    lost = FolderTransport(hosts, {"k3": HostError(Kind.AUTH, "no key was accepted")})
+    found = changed(deployed(deploy(bundles(leader="speed: 2"), TARGETS, lost, **apart)))
+    assert found == {"leader": Kind.HELD, "k3": Kind.AUTH, "epuck": False}
+
+
+def test_a_release_that_was_chosen_later_stays(hosts: dict[str, FakeHost]) -> None:
+    way, later = FolderTransport(hosts, {}), bundles(k3="speed: 2")
+    deployed(deploy(later, TARGETS, way, issued=200.0))
+    found = deployed(deploy(bundles(k3="speed: 1"), TARGETS, way, most_failed=0, issued=100.0))
+    assert changed(found) == {"leader": False, "k3": Kind.NEWER, "epuck": False}
+    assert str(found["k3"]).startswith(f"release {later['k3'].digest} was deployed later, by ")
+    assert hosts["k3"].read("opt/swarm/new/current/params/robot.yaml") == b"speed: 2"
+
+    found = deployed(deploy(bundles(k3="speed: 3"), TARGETS, way, issued=300.0))
+    assert changed(found) == {"leader": False, "k3": True, "epuck": False}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whatever_hosts_come_and_go_all_end_at_the_newest_release(
+    hosts: dict[str, FakeHost], seed: int
+) -> None:
+    """Of two operators, who deploy now and then, and whose `--when-seen` goes on."""
+    chance = random.Random(seed)
+    chosen: dict[str, tuple[float, str]] = {}
+    for step in range(1, 9):
+        who = chance.choice(("anna", "ben"))
+        if who not in chosen or chance.random() < 0.5:
+            chosen[who] = float(step), f"speed: {step}"
+        away = dict.fromkeys(chance.sample(HOSTS, chance.randint(0, 3)), HostError(Kind.UNREACHABLE, "off"))
+        _when_seen(FolderTransport(hosts, away), *chosen[who])
+    for one in (*chosen.values(), *chosen.values()):
+        _when_seen(FolderTransport(hosts, {}), *one)
+    content = {host.read("opt/swarm/new/current/params/robot.yaml").decode() for host in hosts.values()}
+    assert content == {max(chosen.values())[1]}
+
+
+def _when_seen(way: FolderTransport, issued: float, content: str) -> None:
+    wanted = bundles(**dict.fromkeys(HOSTS, content))
+    deployed(deploy(wanted, TARGETS, way, most_failed=0, apart=WAITS, issued=issued))
 
 
 def test_only_what_changed_travels(hosts: dict[str, FakeHost], monkeypatch: pytest.MonkeyPatch) -> None:

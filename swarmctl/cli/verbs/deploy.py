@@ -9,9 +9,9 @@ import typer
 from swarmctl.cli import (
     adopting,
     console,
+    deploy_rounds,
     deploy_steps,
     exit_codes,
-    left_hosts,
     options,
     rollout_output,
     saved_plan,
@@ -20,14 +20,9 @@ from swarmctl.cli import (
 from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Collection, Mapping
 
-    from swarmctl.analysis.impact import Impact
-    from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.outcome import Result
-    from swarmctl.render.bundle import Bundle
-    from swarmctl.spec.load import Document
-    from swarmctl.swarm.resolved import Host
 
 
 @with_where("limit", "parallel", "executor", "no_reuse")
@@ -42,14 +37,22 @@ def deploy(
         typer.Option("--keep-going", help="Change the other hosts whatever becomes of some."),
     ] = False,
     max_fail: Annotated[
-        int,
+        int | None,
         typer.Option(
             "--max-fail",
             min=0,
             metavar="N",
-            help="Hold the other hosts back once more than N are unfit, unreachable or fail.",
+            help="Hold the other hosts back once more than N are unfit, unreachable or fail; by default 0, "
+            "where one that does not answer counts only if all change together.",
         ),
-    ] = 0,
+    ] = None,
+    when_seen: Annotated[
+        bool,
+        typer.Option(
+            "--when-seen",
+            help="Go on until the hosts that do not answer, or whose robots are in use, have the release.",
+        ),
+    ] = False,
     retry_failed: Annotated[
         bool,
         typer.Option("--retry-failed", help="Only the hosts that failed in the last deploy, or were held."),
@@ -119,18 +122,17 @@ def deploy(
     """Deploy the spec to its hosts, wave by wave. Only units that changed restart; nothing changes before all
     hosts are known to be fit."""
     from swarmctl.deploy import journal
-    from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.host_transaction import Terms
-    from swarmctl.deploy.outcome import Rules
-    from swarmctl.plan.robots_in_use import Dependents
-    from swarmctl.plan.waves import order
+    from swarmctl.deploy.outcome import WAITS, Rules
     from swarmctl.remote.parallel_hosts import Stop
+    from swarmctl.remote.transport import Kind
     from swarmctl.render.build_bundle import bundles
-    from swarmctl.render.middleware import middleware_of
 
     sizes = deploy_steps.sizes(serial)
     if saved := saved_plan.read(where.spec):
         where = saved.applied(where)
+    if saved and when_seen:
+        console.fail("--when-seen and a saved plan exclude each other", code=exit_codes.USAGE)
     adopting.check_options(adopt=adopt, into=into, saved=saved is not None)
     if adopt:
         where = adopting.before_deploy(
@@ -144,45 +146,24 @@ def deploy(
         where = where.limited(*_failed(failed, swarm.hosts, where.limit))
     wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, where.limit)}
     rules = Rules(
-        None if keep_going else max_fail,
+        None if keep_going else max_fail or 0,
         [name for name in wanted if swarm.hosts[name].optional],
         Terms(healthy_for, max(30.0, 4 * healthy_for), confirm_within),
         stop_robots,
         wait,
         overwrite_edits,
+        WAITS if when_seen else (Kind.UNREACHABLE,) if max_fail is None else (),
+        when_seen,
     )
-    stop, lists = Stop(), left_hosts.lists_of(swarm)
-    shared = frozenset().union(*(middleware_of(one).shared_files for one in swarm.distros))
-    targets = where.targets(swarm)
-    secrets = where.secrets(wanted)
     view = deploy_steps.View("deploy", swarm, where, details=details, json=json)
-    with where.transport(secrets=bool(secrets)) as transport:
-        deployment = Deployment(
-            wanted, targets, transport, rules=rules, parallel=where.parallel, stop=stop, secrets=secrets,
-            host_lists=lists, dependents=Dependents(swarm), recovers=not dry_run,
-        )  # fmt: skip
-        found = view.executed(
-            deployment, stop,
-            lambda one: order(
-                one.due, _impacts(document, one), sizes, consistency, shared
-            ),
-            dry_run=dry_run, yes=yes, saved=saved,
-        )  # fmt: skip
+    rounds = deploy_rounds.Rounds(where, document, view, wanted, rules, sizes, consistency, Stop())
+    found = rounds.first(dry_run=dry_run, yes=yes, saved=saved)
+    if when_seen:
+        found = rounds.until_all_are_seen(found)
     absent = rollout_output.absent(found, swarm.hosts)
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
-    else:
-        rollout_output.report(
-            swarm, found, where.complete, absent,
-            details=details, interrupted=stop.requested,
-        )  # fmt: skip
-    if not where.in_lab:
-        where.guess_lab("deploy", swarm.name, rollout_output.errors(found))
-    with rollout_output.journal_warnings():
-        _remember(found, wanted, swarm.hosts, in_lab=where.in_lab)
-        left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab)
-        rollout_output.warn_of_left_hosts(left, where)
-    code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
+    code = rollout_output.exit_code(found, interrupted=rounds.stop.requested, absent=absent)
     if not json:
         _advise(where, found, absent, code)
     raise typer.Exit(code)
@@ -196,23 +177,6 @@ def _failed(failed: list[str], hosts: Collection[str], limit: list[str] | None) 
         return again
     console.show("no host failed in the last deploy from this machine")
     raise typer.Exit(exit_codes.OK)
-
-
-def _remember(
-    found: Mapping[str, Result], wanted: Mapping[str, Bundle], hosts: Mapping[str, Host], *, in_lab: bool
-) -> None:
-    """Stores which hosts failed (``--retry-failed``), and what real ones have now (``plan --offline``)."""
-    from swarmctl.deploy import journal
-    from swarmctl.deploy.outcome import Outcome
-    from swarmctl.remote.transport import HostError
-
-    place = journal.folder(next(iter(wanted.values())).swarm)
-    errors = [name for name, one in found.items() if isinstance(one, HostError)]
-    journal.remember_failed(place, errors, lab=in_lab)
-    for name, result in found.items():
-        if isinstance(result, Outcome) and not in_lab:
-            login = left_hosts.stored_login(hosts[name])
-            journal.remember(place, name, wanted[name].digest, wanted[name].manifest, login)
 
 
 def _advise(where: Where, found: Mapping[str, Result], absent: tuple[str, ...], code: int) -> None:
@@ -230,11 +194,3 @@ def _advise(where: Where, found: Mapping[str, Result], absent: tuple[str, ...], 
         where.advise("status")
     elif code != exit_codes.INTERRUPTED and not lacking:
         rollout_output.advise_again("deploy", where, found, absent)
-
-
-def _impacts(document: Document, deployment: Deployment) -> Sequence[Impact]:
-    """What is lost with each part of the swarm, which orders the hosts; one host needs no order."""
-    from swarmctl.analysis.impact import impacts
-    from swarmctl.swarm.index import SwarmIndex
-
-    return impacts(SwarmIndex(document)) if len(deployment.due) > 1 else ()

@@ -95,6 +95,7 @@ def status(
         else:
             kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
             where.guess_lab("status", seen.swarm, kinds)
+        _show_awaited(seen.swarm, lab=where.in_lab)
         _advise(seen, where)
     _write(look, junit, metrics)
     raise typer.Exit(exit_codes.OK if wait and goal.reached(seen) else _exit(seen))
@@ -117,6 +118,15 @@ def _show_stand_ins(lab: str) -> None:
     with suppress(LabError):  # it has just gone down
         for line in labs.stand_ins(lab):
             console.show(line)
+
+
+def _show_awaited(swarm: str, *, lab: bool) -> None:
+    """Prints which hosts a `deploy --when-seen` or a `watch` on this machine waits for, and why."""
+    from swarmctl.deploy import journal
+    from swarmctl.views.escape import printable
+
+    for host, why in journal.awaited(journal.folder(swarm), lab=lab).items():
+        console.show(f"{host} gets the release once it can: {printable(why)}")
 
 
 def _archived(archive: Path, *, json: bool, details: bool) -> Look:

@@ -31,7 +31,8 @@ class Change(NamedTuple):
     it is undone without a confirmation, 0 if none is needed; ``values``: new ones of its secrets, by name, or
     ``secrets``: the kept set to go back to; ``stop_robots``: robots that move or are under command are
     stopped; without it the change is refused; ``files_only``: it is refused if it is more than files of the
-    release that nothing uses by itself."""
+    release that nothing uses by itself; ``issued``: s since 1970, when an operator chose the release, 0 if
+    that is not known."""
 
     txid: str
     who: str
@@ -44,6 +45,7 @@ class Change(NamedTuple):
     secrets: str | None = None
     stop_robots: bool = False
     files_only: bool = False
+    issued: float = 0.0
 
     def targets(self, *kinds: str) -> list[str]:
         """Returns the targets of the steps of these kinds."""
@@ -68,7 +70,7 @@ class Record(NamedTuple):
     ``next_secrets``: their sets of secrets; ``touched``: its units; ``active``: those that ran before;
     ``reload``: daemons that read its files; ``reloaded``: units that take theirs while they run;
     ``history``: the states to which the host may go back, the newest first; ``deadline``: s since the boot
-    ``boot_id``; ``error``: why it was undone.
+    ``boot_id``; ``error``: why it was undone; ``issued``: as in ``Change``.
     """
 
     state: str = ""
@@ -87,6 +89,7 @@ class Record(NamedTuple):
     reloaded: tuple[str, ...] = ()
     history: tuple[State, ...] = ()
     error: str = ""
+    issued: float = 0.0
 
     @property
     def before(self) -> tuple[State, ...]:
@@ -118,6 +121,7 @@ def begun(home: Home, change: Change, state: str) -> Record:
         next=change.next,
         previous_secrets=kept,
         next_secrets=kept,
+        issued=change.issued,
     )
 
 

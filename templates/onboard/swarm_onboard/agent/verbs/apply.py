@@ -28,7 +28,7 @@ class Request(NamedTuple):
     The payload begins with new values of secrets, a JSON object by name of ``secrets`` bytes. A tar.gz
     follows, the manifest first, without files whose contents release ``previous`` has; it is empty if the
     host has the release already. ``stop_robots``: stop robots that move or are under command where the change
-    would touch them, instead of refusing it.
+    would touch them, instead of refusing it; ``issued``: s since 1970, when ``who`` chose the release.
     """
 
     swarm: str
@@ -44,6 +44,7 @@ class Request(NamedTuple):
     wait: float = 2.0
     run: str = ""
     stop_robots: bool = False
+    issued: float = 0.0
 
 
 Answer = transaction.Applied
@@ -65,6 +66,7 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
         values=secrets.offered(values),
         stop_robots=bool(request.stop_robots),
         files_only=bool(request.files_only),
+        issued=float(request.issued),
     )
     if not systemd.present(home):
         raise RefusedError("this host does not run systemd", "swarmctl needs a host that boots with systemd")

@@ -14,7 +14,7 @@ from swarm_onboard.agent.steps import TAKEN
 
 class Request(NamedTuple):
     """Bring the host from release ``previous`` to ``next`` with its set ``secrets``, empty for none; it has
-    kept both. ``confirm_within`` and ``stop_robots`` as for ``apply``."""
+    kept both. ``confirm_within``, ``stop_robots`` and ``issued`` as for ``apply``."""
 
     swarm: str
     txid: str
@@ -26,6 +26,7 @@ class Request(NamedTuple):
     wait: float = 2.0
     run: str = ""
     stop_robots: bool = False
+    issued: float = 0.0
 
 
 Answer = transaction.Applied
@@ -49,5 +50,6 @@ def handle(request: Request, payload: bytes, report: Report) -> Answer:
             values={},
             secrets=chosen,
             stop_robots=bool(request.stop_robots),
+            issued=float(request.issued),
         )
         return transaction.run(home, change, b"", report)
