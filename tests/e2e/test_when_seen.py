@@ -1,4 +1,4 @@
-"""Hosts that come and go: `deploy --when-seen` and `watch` bring each to the newest release once it answers."""
+"""Hosts that come and go get the newest release once they answer: `deploy --when-seen` and `watch`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_host_that_was_off_gets_the_release_when_it_answers(swarm: LabSwarm) -
     assert deploy.stderr is not None
     waits = "waiting, since k3-pi does not answer; Ctrl-C ends it\n"
     assert waits in iter(deploy.stderr.readline, ""), "it does not wait"
-    assert "linear: 0.1" in params(swarm, LEADER, "koala")
+    assert "linear_max: 0.1" in params(swarm, LEADER, "koala")
     shown = swarm.swarmctl("status", spec=changed).out
     assert "k3-pi gets the release once it can: k3-pi (192.168.77.11, port 22) " in shown
     swarm.start(PI)
@@ -62,7 +62,7 @@ def test_watch_deploys_what_is_edited_and_keeps_what_is_newer(swarm: LabSwarm) -
         assert swarm.deploy(later).status == exit_codes.OK
         assert watch.stdout is not None
         assert any(line.startswith("k3-pi  newer: release ") for line in iter(watch.stdout.readline, ""))
-        assert "linear: 0.05" in params(swarm, PI, "k3")
+        assert "linear_max: 0.05" in params(swarm, PI, "k3")
 
 
 def test_no_host_is_changed_while_its_robot_drives(swarm: LabSwarm) -> None:
@@ -73,7 +73,7 @@ def test_no_host_is_changed_while_its_robot_drives(swarm: LabSwarm) -> None:
         assert deploy.stderr is not None
         waits = "waiting, since k3-pi has a robot that must not be touched now; Ctrl-C ends it\n"
         assert waits in iter(deploy.stderr.readline, ""), "it does not wait"
-        assert "linear: 0.1" in params(swarm, LEADER, "koala")
+        assert "linear_max: 0.1" in params(swarm, LEADER, "koala")
         assert FAST not in params(swarm, PI, "k3")
         publisher.kill()
         assert deploy.wait(60) == exit_codes.OK, deploy.communicate()
