@@ -120,7 +120,7 @@ _BRING = (
     ),
     Verb(
         "watch",
-        "Keep the hosts at the release of the spec: each gets it once it answers.",
+        "Keep the hosts at the release of the spec until Ctrl-C: each gets it once it answers.",
         example="watch swarm.yaml",
     ),
     Verb(

@@ -48,7 +48,7 @@ class Guard:
     def look(self, stops: Stops, away: Mapping[str, str] = NONE_AWAY) -> Seen:
         """Returns which units must not stop now, since robots in use depend on them.
 
-        ``away``: hosts that are not asked, each with the reason; without one its robots do not count. Robots
+        ``away``: hosts that are not queried, each with the reason; without it its robots do not count. Those
         that ``clear`` would stop do not count either.
         """
         return self._seen(stops, away, stop=False)
@@ -60,8 +60,8 @@ class Guard:
     def _seen(self, stops: Stops, away: Mapping[str, str], *, stop: bool) -> Seen:
         robots = self.dependents.robots(stops)
         queried = {host: names for host, names in robots.items() if host not in away}
-        unasked = {host: why for host, why in away.items() if why and host in robots}
-        if not queried and not unasked:
+        unqueried = {host: why for host, why in away.items() if why and host in robots}
+        if not queried and not unqueried:
             return Seen({})
         uses, errors, _ = self._query(queried, stop=False)
         found = self.dependents.in_use(stops, uses)
@@ -69,7 +69,7 @@ class Guard:
         if found and self.stop_robots:
             left, notes = self._stopped(found, uses) if stop else ({}, [])
             found = self.dependents.in_use(stops, left)
-        failed = unasked | {host: str(error) for host, error in errors.items()}
+        failed = unqueried | {host: str(error) for host, error in errors.items()}
         unknown = self.dependents.unknown(stops, failed)
         hosts = self.dependents.swarm.hosts
         passed = [one for one in unknown if self.lenient or hosts[one.robot.host].optional]

@@ -80,6 +80,7 @@ NONE = {
     "topic pub": "goes on until Ctrl-C",
     "ssh": "becomes ssh",
     "exporter": "goes on until Ctrl-C",
+    "watch": "goes on until Ctrl-C",
 }
 
 

@@ -59,7 +59,7 @@ def test_watch_deploys_what_is_edited_and_keeps_what_is_newer(swarm: LabSwarm) -
         spec.write_text(before.replace(K3, FASTER_K3))
         swarm.start(PI)
         until(lambda: FAST in params(swarm, PI, "k3"), "k3-pi is not brought to the edited spec")
-        assert swarm.deploy(later).status == exit_codes.OK
+        until(lambda: swarm.deploy(later).status == exit_codes.OK, "its deploy does not end")
         assert watch.stdout is not None
         assert any(line.startswith("k3-pi  newer: release ") for line in iter(watch.stdout.readline, ""))
         assert "linear_max: 0.05" in params(swarm, PI, "k3")

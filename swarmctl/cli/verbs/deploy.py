@@ -9,7 +9,6 @@ import typer
 from swarmctl.cli import (
     adopting,
     console,
-    deploy_rounds,
     deploy_steps,
     exit_codes,
     options,
@@ -121,6 +120,7 @@ def deploy(
 ) -> None:
     """Deploy the spec to its hosts, wave by wave. Only units that changed restart; nothing changes before all
     hosts are known to be fit."""
+    from swarmctl.cli import deploy_rounds
     from swarmctl.deploy import journal
     from swarmctl.deploy.host_transaction import Terms
     from swarmctl.deploy.outcome import WAITS, Rules

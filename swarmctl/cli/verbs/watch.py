@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, deploy_rounds, deploy_steps, rollout_output, selected
+from swarmctl.cli import console, deploy_steps, rollout_output, selected
 from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
@@ -44,6 +44,8 @@ def watch(
     The spec is read anew each time; one with errors changes nothing. No robot in use is touched, and what
     somebody deployed after the last edit of the spec stays.
     """
+    from swarmctl.cli.deploy_rounds import awaited
+
     document = console.read_document(where.spec)
     if install:
         _install(where, document.spec.name, every)
@@ -56,7 +58,7 @@ def watch(
                 end = time.monotonic() + every
                 found = rounds.again()
                 shown = _shown(rounds, found, shown)
-                away = deploy_rounds.awaited(found)
+                away = awaited(found)
                 rounds.remember_awaited(away)
                 rounds.await_one(away, end - time.monotonic())
                 if not rounds.stop.requested:
@@ -82,6 +84,7 @@ def _newest(where: Where, before: Document) -> Document:
 
 def _rounds(where: Where, document: Document) -> Rounds:
     """A deploy of the spec, chosen when the last of its files was edited."""
+    from swarmctl.cli.deploy_rounds import Rounds
     from swarmctl.deploy.outcome import WAITS, Rules
     from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.render.build_bundle import bundles
@@ -98,7 +101,7 @@ def _rounds(where: Where, document: Document) -> Rounds:
         issued=max(one.stat().st_mtime for one in files if one.exists()),
     )
     view = deploy_steps.View("watch", swarm, where, details=False, json=True)
-    return deploy_rounds.Rounds(where, document, view, wanted, rules, [], None, Stop())
+    return Rounds(where, document, view, wanted, rules, [], None, Stop())
 
 
 def _shown(rounds: Rounds, found: Mapping[str, Result], before: Mapping[str, str]) -> Mapping[str, str]:
