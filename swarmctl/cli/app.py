@@ -116,6 +116,7 @@ _BRING = (
         "Deploy the spec to its hosts, wave by wave.",
         HOSTS_FAILED,
         HOSTS_UNREACHABLE,
+        UNHEALTHY,
         example="deploy swarm.yaml --yes",
     ),
     Verb(
@@ -141,6 +142,7 @@ _BRING = (
         "Bring hosts back to the releases that they had before the last run.",
         HOSTS_FAILED,
         HOSTS_UNREACHABLE,
+        UNHEALTHY,
         example="rollback swarm.yaml",
     ),
     Verb(

@@ -153,6 +153,7 @@ def advise_again(verb: str, where: Where, found: Mapping[str, Result], absent: S
 
 def exit_code(found: Mapping[str, Result], *, interrupted: bool, absent: Sequence[str] = ()) -> int:
     """The exit code of a rollout; hosts in ``absent`` do not count."""
+    from swarmctl.deploy.outcome import Outcome
     from swarmctl.remote.transport import HostError
 
     errors = [
@@ -162,7 +163,10 @@ def exit_code(found: Mapping[str, Result], *, interrupted: bool, absent: Sequenc
         return exit_codes.INTERRUPTED
     if any(error.reached for error in errors):
         return exit_codes.HOSTS_FAILED
-    return exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK
+    if errors:
+        return exit_codes.HOSTS_UNREACHABLE
+    failing = any(isinstance(one, Outcome) and one.errors for one in found.values())
+    return exit_codes.UNHEALTHY if failing else exit_codes.OK
 
 
 def _entry(result: Result) -> dict[str, Any]:

@@ -75,6 +75,13 @@ class Outcome:
         """True if the plan had steps on the host, or an earlier deploy was recovered."""
         return bool(self.plan.steps) or self.recovered
 
+    @property
+    def errors(self) -> list[str]:
+        """What units that run report if they cannot do their task, such as a driver without its device."""
+        return [
+            f"{unit} runs with an error: {state.text}" for unit, state in self.units.items() if state.error
+        ]
+
 
 @dataclass(frozen=True)
 class Removed:

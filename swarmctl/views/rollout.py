@@ -35,12 +35,8 @@ class RolloutView:
         text = self.failures(dict(failed))
         for group in self._equal([one for one in found.items() if not isinstance(one[1], HostError)]):
             text.append_text(self._line(self._done(group)))
-        noted = [
-            (name, note)
-            for name, result in found.items()
-            if isinstance(result, Outcome)
-            for note in result.plan.notes
-        ]
+        done = [(name, result) for name, result in found.items() if isinstance(result, Outcome)]
+        noted = [(name, note) for name, result in done for note in (*result.errors, *result.plan.notes)]
         text.append_text(
             notes(noted, self.names, details=self.details, width=self.width, complete=self.complete)
         )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from swarm_onboard.agent.systemd import UnitState
 
 from swarmctl.cli import exit_codes, rollout_output
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.plan.plan import HostPlan
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.swarm.resolved import Host
-from swarmctl.views.rollout import summary
+from swarmctl.views.rollout import RolloutView, summary
 
 DONE = Outcome(HostPlan("laptop", "a", "a"))
 AWAY = HostError(Kind.UNREACHABLE, "connect timed out")
@@ -38,6 +39,14 @@ def test_an_optional_host_may_be_away_but_not_refuse(
     absent = rollout_output.absent(found, hosts)
     assert rollout_output.exit_code(found, interrupted=False, absent=absent) == code
     assert summary(found, absent).startswith(message)
+
+
+def test_a_robot_without_its_device_is_no_plain_success() -> None:
+    text = "/dev/swarm/k3 is missing: is the cable plugged in, the robot on?"
+    driver = UnitState("loaded", "active", "running", "success", text, 7, 0, error=True)
+    found = {"laptop": DONE, "pi": Outcome(HostPlan("pi", "a", "b"), {"swarm-new.k3.service": driver})}
+    assert rollout_output.exit_code(found, interrupted=False) == exit_codes.UNHEALTHY
+    assert f"note: pi: swarm-new.k3.service runs with an error: {text}" in RolloutView().text(found).plain
 
 
 def test_hosts_that_were_held_back_are_no_failures() -> None:

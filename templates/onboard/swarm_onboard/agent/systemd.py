@@ -31,7 +31,8 @@ class UnitState(NamedTuple):
     new ROS master, of which none is recent. ``running``: for how long a unit that was restarted has run by
     now, s; ``starting``: for how long one that was not restarted has been starting, s.
     ``exit``: how its main process ended last; ``log``: the end of its log if it does not run; ``stopped``:
-    processes that a signal or a debugger has stopped, as number and name.
+    processes that a signal or a debugger has stopped, as number and name; ``error``: it runs, and reports
+    in ``text`` why it cannot do its task.
     """
 
     load: str
@@ -52,6 +53,7 @@ class UnitState(NamedTuple):
     stopped: Sequence[str] = ()
     unmet: Sequence[str] = ()
     unenforced: bool = False
+    error: bool = False
 
     @property
     def ended(self) -> bool:
@@ -102,7 +104,7 @@ def states(units: Sequence[str]) -> dict[str, UnitState]:
     """Returns the state of each unit."""
     found = {
         unit: _state(values)
-        for unit, values in properties(units, (*_STATE, *_CONDITION, *_ADDRESSES)).items()
+        for unit, values in properties(units, (*_STATE, *_CONDITION, *_ADDRESSES, "StatusErrno")).items()
     }
     skipped = [unit for unit, state in found.items() if state.skipped]
     for unit, values in properties(skipped, ("Id", "FragmentPath")).items():
@@ -127,6 +129,7 @@ def _state(values: dict[str, str]) -> UnitState:
         int(restarts or 0),
         skipped=active == "inactive" and (unmet or result == "exec-condition"),
         unenforced=int(pid or 0) != 0 and not filtered,
+        error=values.get("StatusErrno", "0") != "0",
     )
 
 

@@ -52,7 +52,7 @@ class Reporter:
 
     def report(self, report: Report) -> None:
         """Takes the state of the node."""
-        self._notifier.status(report.message)
+        self._notifier.status(report.message, error=report.level >= Level.ERROR)
         if self.ros:
             self.ros.report(report)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import socket
 import time
@@ -26,6 +27,7 @@ class Notifier:
         self._channel = _channel() if self._address else None
         self._clock = clock
         self._last_beat = -float("inf")
+        self._failed = False
         microseconds = environment.get("WATCHDOG_USEC", "")
         ours = environment.get("WATCHDOG_PID", str(os.getpid())) == str(os.getpid())
         #: Seconds between two beats, a third of what systemd waits for; none when it does not watch.
@@ -57,9 +59,11 @@ class Notifier:
         finally:
             self._send(f"WATCHDOG_USEC={round(self.interval * 3e6)}")
 
-    def status(self, text: str) -> None:
-        """Sets the status text of the unit."""
-        self._send("STATUS=" + " ".join(text.split()))
+    def status(self, text: str, *, error: bool = False) -> None:
+        """Sets the status text of the unit. ``error``: it cannot do its task, which `StatusErrno` shows."""
+        self._failed |= error
+        number = f"\nERRNO={errno.EIO if error else 0}" if self._failed else ""
+        self._send(f"STATUS={' '.join(text.split())}{number}")
 
     def forget(self, name: str) -> None:
         """Closes the files of this name that systemd keeps for the unit (FileDescriptorStoreMax=)."""

@@ -49,7 +49,7 @@ class News(Reporter):
 
     def event(self, level: Level, text: str) -> None:
         print(f"{level.name}: {text}", file=sys.stderr, flush=True)
-        self._notifier.status(text)
+        self._notifier.status(text, error=level >= Level.ERROR)
 
 
 class DriverNode:
