@@ -97,7 +97,7 @@ def test_the_gate_stops_a_robot_by_its_battery(tmp_path: Path) -> None:
     )
     before = bundle_of(tmp_path, text, "laptop")
     assert parse(yaml.safe_load(text_of(before, "params/tb3-01.gate.yaml"))).battery_limits == NO_LIMITS
-    text = text.replace("tb3-01: {", "tb3-01: {settings: {battery: {low: 0.3, empty: 0.2}}, ")
+    text = text.replace("settings: {", "settings: {battery: {low: 0.3, empty: 0.2}, ")
     config = parse(yaml.safe_load(text_of(bundle_of(tmp_path, text, "laptop"), "params/tb3-01.gate.yaml")))
     assert config.battery_limits == BatteryLimits(low=0.3, empty=0.2)
 

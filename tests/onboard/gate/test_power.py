@@ -74,7 +74,7 @@ def test_what_is_old_or_of_a_driver_that_is_gone_is_not_known() -> None:
     assert "docked" not in bench.gate.motion()
 
 
-def test_a_robot_whose_battery_is_empty_is_sent_zeros_until_it_is_no_longer_low() -> None:
+def test_an_empty_battery_means_zeros_until_it_is_no_longer_low() -> None:
     bench = Bench()
     topics = watch(bench)
 
