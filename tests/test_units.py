@@ -227,7 +227,7 @@ def test_editors_accept_units(value: Any, valid: bool) -> None:
 WITHOUT = {
     "version", "port", "local_ports", "master_port", "priority", "cores", "channel", "rfcomm_channel",
     "bytesize", "domain", "stopbits", "counter_bits", "counts_per_turn", "pulses_per_turn", "distance_scale",
-    "max_reading", "battery", "trials", "count", "parameters",
+    "max_reading", "battery", "low", "empty", "trials", "count", "parameters",
     "none_from", "none_below", "invalid_from", "stride", "first", "order", "zero", "scale", "offset",
     "max", "values", "vars", "extra", "request", "reply", "begins", "linear", "angular", "firmware_below",
     "speed_units_per_mps", "distances", "params", "args", "options", "encoder", "enable", "forward",

@@ -43,5 +43,6 @@ def look(
         {host: one.answer.free for host, one in seen.items()},
         {robot: known.get(robot) for robot in powered},
         sorted(answer - seen.keys()),
+        {one: limits.low for one in powered if (limits := swarm.robots[one].settings.battery) is not None},
     )
     return before, readiness.items(before, measured, experiment.ready, experiment.programs)

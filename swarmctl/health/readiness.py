@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 from swarmctl.health.root_cause import HOST, Finding
@@ -27,13 +28,14 @@ class Measured(NamedTuple):
 
     By host: by how much its clock is ahead of this machine's, and how wrong that may be, s; bytes that are
     free for bags. By robot with a battery: how full that is, 0 to 1, or None. ``missing``: hosts that were
-    looked at and not measured.
+    looked at and not measured. ``low``: below which the battery of a robot is low by its settings.
     """
 
     clocks: Mapping[str, tuple[float, float]]
     free: Mapping[str, int]
     batteries: Mapping[str, float | None]
     missing: Sequence[str] = ()
+    low: Mapping[str, float] = MappingProxyType({})
 
 
 class Item(NamedTuple):
@@ -92,7 +94,9 @@ def _of_measured(measured: Measured, wanted: Ready) -> Iterator[Item]:
         least = "" if enough else f", less than {wanted.free_mb}"
         yield Item("disk", enough, f"{free:.0f} MB free on {host}{least}")
     if measured.batteries:
-        yield _batteries(measured.batteries, wanted.battery)
+        of_all = wanted.battery
+        low = measured.low if of_all is None else dict.fromkeys(measured.batteries, of_all)
+        yield _batteries(measured.batteries, low)
 
 
 def _clocks(clocks: Mapping[str, tuple[float, float]], most: float | None) -> Item:
@@ -113,12 +117,11 @@ def _apart(clocks: Mapping[str, tuple[float, float]], behind: str, ahead: str) -
     return f"{1000 * (other - one):.0f} ms between {behind} and {ahead}, give or take {1000 * error:.0f}"
 
 
-def _batteries(batteries: Mapping[str, float | None], least: float | None) -> Item:
+def _batteries(batteries: Mapping[str, float | None], least: Mapping[str, float]) -> Item:
     known = {robot: one for robot, one in batteries.items() if one is not None}
-    unknown = [robot for robot in batteries if robot not in known]
-    shown = [f"{robot} {one:.0%}" for robot, one in sorted(known.items(), key=lambda one: one[1])[:3]]
+    low = {robot: f" (less than {least[robot]:.0%})" for robot in known if known[robot] < least.get(robot, 0)}
+    unknown = sorted((one for one in batteries if one not in known), key=lambda one: one not in least)
+    emptiest = sorted(known, key=lambda one: (one not in low, known[one]))
+    shown = [f"{robot} {known[robot]:.0%}{low.get(robot, '')}" for robot in emptiest[:3]]
     text = ", ".join([*shown, *(f"{robot} not known" for robot in unknown[:3])])
-    if least is None:
-        return Item("batteries", True, text)
-    low = any(one < least for one in known.values())
-    return Item("batteries", not low and not unknown, f"{text}, less than {least:.0%}" if low else text)
+    return Item("batteries", not low and not any(one in least for one in unknown), text)

@@ -41,6 +41,7 @@ class RobotLine:
     def __init__(self, robot: LabRobot, terminals: Path) -> None:
         self.robot = robot
         self.port = Port(build_robot(robot.emulator, robot.measured), terminals / "ptmx")
+        self.battery = self.port.robot.battery  # at first
 
     def link_device(self, leader: int | None) -> None:
         """Creates or removes the device in a running host; ``leader`` is the host's first process."""
@@ -233,6 +234,8 @@ class Supervisor:
             "unplug": self._unplug,
             "stall": self._stall,
             "resume": self._resume,
+            "battery": self._drain,
+            "recharge": self._recharge,
             "kill": self._kill,
             "start": self._start,
         }
@@ -278,6 +281,17 @@ class Supervisor:
 
     def _resume(self, name: str) -> None:
         self._line(name).port.faults = Faults()
+
+    def _drain(self, words: str) -> None:
+        """``words``: a robot, and how full its battery is, 0 to 1."""
+        name, share = words.split()
+        with self._line(name).port.now() as robot:
+            robot.battery = float(share)
+
+    def _recharge(self, name: str) -> None:
+        line = self._line(name)
+        with line.port.now() as robot:
+            robot.battery = line.battery
 
     def _kill(self, name: str) -> None:
         self._runner(name).kill_host()

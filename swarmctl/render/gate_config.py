@@ -52,6 +52,7 @@ def parameters(robot: Robot, driver: ForeignDriver) -> dict[str, Any]:
         "motion": {key: value for key, value in motion.items() if value},
         "odom_frame": driver.ros.odometry_frame,
         **{key: robot.full_name(topic) for key, topic in read.items() if topic},
+        **({"battery_limits": limits.model_dump()} if (limits := robot.settings.battery) else {}),
         **({"start": robot.start.model_dump()} if robot.start is not None else {}),
     }
 

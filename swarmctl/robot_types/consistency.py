@@ -11,7 +11,7 @@ from swarmctl.robot_types.binary_protocol import value_range
 from swarmctl.robot_types.kinematics import Kinematics
 from swarmctl.robot_types.line_protocol import SIDES
 from swarmctl.robot_types.protocols import DriverProtocol, LineProtocol, RosserialProtocol
-from swarmctl.robot_types.sensors import FRAME_TOPICS, ODOM, SENSORS, Sensor
+from swarmctl.robot_types.sensors import FRAME_TOPICS, ODOM, SENSORS, Battery, Sensor
 from swarmctl.robot_types.settings import DIAGNOSTICS, RobotSettings
 from swarmctl.robot_types.sketch_settings import SKETCH_BOUNDS, clashes
 
@@ -71,6 +71,15 @@ def _all_errors(robot_type: Parts) -> Iterator[ConsistencyError]:
         yield from _line_errors(robot_type, robot_type.driver_protocol)
     elif robot_type.sketch is not None:
         yield from _sketch_errors(robot_type, robot_type.sketch)
+    if robot_type.settings.battery and not any(
+        isinstance(one, Battery) for one in robot_type.sensors.values()
+    ):
+        yield ConsistencyError(
+            "no topic of a sketch is read as a battery; take it out"
+            if robot_type.sketch
+            else "none of the `sensors` is of kind `battery`; add one, or take it out",
+            "settings", "battery", KEY,
+        )  # fmt: skip
     misnamed = any(_name_errors(robot_type))
     for name in robot_type.settings.rates if not misnamed else ():
         if name not in robot_type.sensors and name != DIAGNOSTICS:

@@ -130,6 +130,7 @@ def common_params(
         "command_timeout": command_timeout_of(tuned),
         **({"waits": waits} if (waits := waits_of(robot_type, baud or link.baud, rates)) else {}),
         **({"firmware_of": needed} if (needed := _firmware_of(robot_type)) else {}),
+        **({"battery_limits": tuned.battery.model_dump()} if tuned.battery else {}),
         "diagnostics_rate": rates[DIAGNOSTICS],
         "kinematics": _kinematics(robot_type, tuned),
         "protocol": _protocol(robot_type, tuned)

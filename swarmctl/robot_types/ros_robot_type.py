@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag
 
 from swarmctl.field_types import (
+    KEY,
     Baud,
     ConsistencyError,
     FilePath,
@@ -142,6 +143,15 @@ class RosRobotType(Model):
                         f"an earlier driver in the list is for `{distro}`; remove one of the two",
                         "driver", index, "distros", number,
                     )  # fmt: skip
+
+    @fits_together
+    def _has_a_battery(self) -> Iterator[ConsistencyError]:
+        topics = (topic for one in self.drivers for topic in one.publishes)
+        if self.settings.battery and not any(one.type == "sensor_msgs/BatteryState" for one in topics):
+            yield ConsistencyError(
+                "its driver `publishes` no topic of type sensor_msgs/BatteryState; add it, or take this out",
+                "settings", "battery", KEY,
+            )  # fmt: skip
 
     @property
     def settings_layer(self) -> RobotSettings:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
-from swarmctl.field_types import ConsistencyError, Model
+from swarmctl.field_types import ConsistencyError, Model, fits_together
 from swarmctl.robot_types.sensors import NO_CAMERA_SETTINGS, CameraSettings, Positive, SensorName
 from swarmctl.robot_types.sketch_settings import NO_FIRMWARE_SETTINGS, Firmware
 from swarmctl.units import Unit
@@ -47,6 +47,25 @@ class Calibration(Model):
     )
 
 
+class BatteryLimits(Model):
+    """When the robot's battery is low, and when it is empty: shares of a full one, by their readings."""
+
+    low: float = Field(
+        gt=0, lt=1, examples=[0.25], description="Below it `status` warns, and no trial of `run` begins."
+    )
+    empty: float = Field(
+        gt=0,
+        lt=1,
+        examples=[0.1],
+        description="Below it the robot stands, and takes no command until its battery is no longer `low`.",
+    )
+
+    @fits_together
+    def _empty_below_low(self) -> Iterator[ConsistencyError]:
+        if self.empty >= self.low:
+            yield ConsistencyError("`empty` must be below `low`", "empty")
+
+
 class CommandSettings(Model):
     """What may be tuned of the commands of any robot, whichever its driver."""
 
@@ -61,6 +80,11 @@ class CommandSettings(Model):
         "programs declare that publish its command topic, geometry_msgs/Twist if none does or they differ.",
     )
     limits: Limits = Field(default_factory=Limits, description="How fast the robot may go.")
+    battery: BatteryLimits | None = Field(
+        None,
+        examples=[{"low": 0.25, "empty": 0.1}],
+        description="When its battery is low and when empty, where swarmctl's driver or the gate reads it.",
+    )
 
 
 class RobotSettings(CommandSettings):

@@ -74,7 +74,7 @@ def _unreachable(limits: Limits, reach: Mapping[str, float], whose: str) -> Iter
             )
 
 
-READ_BY_THE_GATE = {"command_timeout", "command_type", "limits"}
+READ_BY_THE_GATE = {"battery", "command_timeout", "command_type", "limits"}  # SET010 is about `battery`
 READ_BY_OUR_SKETCH = {"firmware", "calibration"}
 FOR_BOARDS = {"rosserial_python"}  # drivers that speak rosserial
 
@@ -84,7 +84,7 @@ def unread_settings(context: RuleContext) -> Iterator[Diagnostic]:
     """Settings that nothing reads, because a ROS package drives the robot."""
     for name, driver in context.ros_drivers.items():
         kind, settings = context.native_robots.get(name), context.spec.robots[name].settings
-        read = set() if driver.ungated else READ_BY_THE_GATE
+        read = {"battery"} if driver.ungated else READ_BY_THE_GATE
         read |= READ_BY_OUR_SKETCH if kind is not None and kind.sketch and kind.sketch.firmware else set()
         unread = [key for key in RobotSettings.model_fields if key in settings.model_fields_set - read]
         if unread:
@@ -249,7 +249,7 @@ def unmeasured_terms(context: RuleContext) -> Iterator[Diagnostic]:
         battery, docked = _read_by_gate(context, name)
         measured = {
             "idle": _has_gate(context, name),
-            "battery": battery or _reads_battery(context, name),
+            "battery": _knows_battery(context, name),
             "docked": docked or battery,
         }
         for term in wanted.model_fields_set:
@@ -281,9 +281,43 @@ def _read_by_gate(context: RuleContext, robot: str) -> tuple[bool, bool]:
     return battery is not None, docked is not None
 
 
+def _knows_battery(context: RuleContext, robot: str) -> bool:
+    return _read_by_gate(context, robot)[0] or _reads_battery(context, robot)
+
+
 def _reads_battery(context: RuleContext, robot: str) -> bool:
     kind = context.driven_robots.get(robot)
     if kind is None or kind.driver_protocol is None:
         return False
     rates = rates_of(kind, context.settings_of(robot))
     return any(isinstance(one, Battery) and rates[name] > 0 for name, one in kind.sensors.items())
+
+
+@rule("SET010")
+def unread_battery_limits(context: RuleContext) -> Iterator[Diagnostic]:
+    """Limits of a battery that swarmctl does not read: of a robot, of its type, or of all robots."""
+    robots = context.spec.robots
+    unread = [one for one in robots if context.settings_of(one).battery and not _knows_battery(context, one)]
+    everywhere: Loc = ("defaults", "robot", "battery")
+    if context.spec.defaults.robot.battery and len(unread) == len(robots):
+        yield _unread_battery(context, everywhere, "no robot has a battery that swarmctl reads")
+    for name in unread:
+        own = robots[name].settings.battery is not None
+        of_type = context.document.settings_layers(name)[1].battery is not None
+        if own or of_type:
+            loc: Loc = ("robots", name, "settings", "battery") if own else ("robots", name)
+            yield _unread_battery(context, loc, f"the limits of the battery of robot `{name}` never apply")
+
+
+def _unread_battery(context: RuleContext, loc: Loc, message: str) -> Diagnostic:
+    return Diagnostic(
+        "SET010",
+        message,
+        context.span(*loc, key=True),
+        label=_WHY["battery"],
+        help=(
+            "read its sensor at a rate above 0",
+            "or add its topic of type sensor_msgs/BatteryState to `publishes` of the driver",
+            "or take the limits out, of the spec or of its type",
+        ),
+    )

@@ -56,6 +56,10 @@ CLOCKS = {"hub": (0.0, 0.004), "k3-pi": (0.060, 0.004), "epuck-pi": (-0.010, 0.0
         (Ready(battery=0.4), Measured({}, {}, {"k3": 0.4, "koala": 0.9}), "batteries", True),
         (Ready(battery=0.4), Measured({}, {}, {"k3": None, "koala": 0.9}), "batteries", False),
         (Ready(), Measured({}, {}, {"k3": None, "koala": 0.01}), "batteries", True),
+        (Ready(), Measured({}, {}, {"k3": 0.2, "koala": 0.1}, low={"k3": 0.25}), "batteries", False),
+        (Ready(), Measured({}, {}, {"k3": 0.25, "koala": 0.1}, low={"k3": 0.25}), "batteries", True),
+        (Ready(), Measured({}, {}, {"k3": None, "koala": 0.9}, low={"k3": 0.25}), "batteries", False),
+        (Ready(battery=0.1), Measured({}, {}, {"k3": 0.2}, low={"k3": 0.25}), "batteries", True),
         (Ready(clocks=0.1), Measured(CLOCKS, {}, {}, ["pi"]), "hosts", False),
         (Ready(battery=0.1), Measured(CLOCKS, {}, {}, ["pi"]), "hosts", True),
     ],
@@ -71,6 +75,8 @@ def test_who_lacks_what_is_named() -> None:
     found = items(look(), measured, Ready(battery=0.5, clocks=0.01, free_mb=100), ())
     assert item("clocks", found).text == ("70 ms between epuck-pi and k3-pi, give or take 8, more than 10")
     assert item("disk", found).text == "4 MB free on k3-pi, less than 100"
-    assert item("batteries", found).text == "k3 20%, koala not known, less than 50%"
+    assert item("batteries", found).text == "k3 20% (less than 50%), koala not known"
+    by_robot = Measured({}, {}, {"k3": 0.3, "koala": 0.2}, low={"k3": 0.4})
+    assert item("batteries", items(look(), by_robot, Ready(), ())).text == "k3 30% (less than 40%), koala 20%"
     doubtful = CLOCKS | {"pi": (0.2, 0.3)}
     assert not item("clocks", items(look(), Measured(doubtful, {}, {}), Ready(clocks=0.061), ())).go

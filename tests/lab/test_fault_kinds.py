@@ -32,6 +32,7 @@ def test_every_kind_is_in_the_table_of_the_page(name: str) -> None:
     [
         ("loss", "5", 5.0), ("loss", "0.5", 0.5), ("loss", "100", 100.0), ("bandwidth", "1Mbit", "1Mbit"),
         ("bandwidth", "0.5Mbit/s", "0.5Mbit"), ("clock", "-1.5", -1.5), ("link-down", "lab", "lab"),
+        ("battery", "5", 5.0),
     ],
 )  # fmt: skip
 def test_values_of_options(name: str, text: str, value: object) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from swarm_onboard.command.battery_watch import NO_LIMITS, BatteryLimits
 from swarm_onboard.command.start import Start
 from swarm_onboard.gate.config import OUTPUT, Config, parse
 
@@ -88,6 +89,17 @@ def test_the_gate_reads_the_battery_and_dock_of_the_driver(
     config = parse(yaml.safe_load(text_of(made, "params/tb3-01.gate.yaml")))
     assert (config.battery, config.docked) == (battery, docked)
     assert any(one.path == "maintenance.json" for one in made.files) is bool(battery or docked)
+
+
+def test_the_gate_stops_a_robot_by_its_battery(tmp_path: Path) -> None:
+    text = SPEC.replace(
+        "requires: [turtlebot3_msgs]", "publishes: [{topic: battery, type: sensor_msgs/BatteryState}]"
+    )
+    before = bundle_of(tmp_path, text, "laptop")
+    assert parse(yaml.safe_load(text_of(before, "params/tb3-01.gate.yaml"))).battery_limits == NO_LIMITS
+    text = text.replace("settings: {", "settings: {battery: {low: 0.3, empty: 0.2}, ")
+    config = parse(yaml.safe_load(text_of(bundle_of(tmp_path, text, "laptop"), "params/tb3-01.gate.yaml")))
+    assert config.battery_limits == BatteryLimits(low=0.3, empty=0.2)
 
 
 def test_the_gate_places_the_drivers_odometry_frame_on_the_map(tmp_path: Path) -> None:

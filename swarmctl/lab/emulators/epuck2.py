@@ -13,7 +13,7 @@ from swarmctl.lab.emulators.epuck_commands import BINARIES, PAYLOADS, TEXTS, WEL
 from swarmctl.lab.emulators.robot import reply
 
 OVER_BLUETOOTH, OVER_USB = 3, 8
-EMPTY, FULL = 2600, 3300  # of the battery, in converter units
+EMPTY, FULL = 2785, 3441  # of the battery, 3.4 V and 4.2 V
 INTENSITY = 10  # of a coloured light that text switches on, of 100
 COLOURED = (1, 3, 5, 7)  # of the ring; they are LED2, 4, 6 and 8 on the robot
 COLOURS = ("red", "green", "blue")

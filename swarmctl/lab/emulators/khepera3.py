@@ -55,6 +55,7 @@ BACKGROUND = 2.4  # range of the echo without a wall, m
 US_MASK, IR_MASK = 0, 4
 LIGHTS = ("led0", "led1")
 CAPACITY = 1350  # of the battery, mAh
+EMPTY, FULL = 64_000, 84_000  # of the battery, in 0.1 mV
 
 LEADING_NUMBER = re.compile(r"\s*([+-]?[0-9]+)")
 
@@ -270,8 +271,9 @@ class Khepera3(LineRobot):
 
     def _battery(self, quantity: str) -> bytes:
         ripple = self._background(0, 6)
+        charge = EMPTY + round((FULL - EMPTY) * self.battery) + ripple[0]
         values: dict[int, tuple[int | str, ...]] = {
-            0: (7, round(9000 * self.battery) + ripple[0]),
+            0: divmod(charge, 10_000),
             1: (-312 - ripple[1], 5000),
             2: (-305 - ripple[2], 5000),
             3: (f"{round(CAPACITY * self.battery) + ripple[3]:03d}",),

@@ -24,7 +24,7 @@ _MULTICAST = ("ip daddr 224.0.0.0/4 drop", "ip6 daddr ff00::/8 drop")
 
 
 def percent(text: str) -> float:
-    """Reads a share of packets, in percent."""
+    """Reads a share, in percent."""
     if not re.fullmatch(r"\d+(\.\d+)?", text) or not 0.1 <= float(text) <= 100:
         raise ValueError("write a number from 0.1 to 100, in percent")
     return float(text)

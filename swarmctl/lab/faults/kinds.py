@@ -24,6 +24,7 @@ KINDS: dict[str, FaultKind] = {
         host_faults.READ_ONLY,
         robot_faults.UNPLUG,
         robot_faults.STALL,
+        robot_faults.BATTERY,
         robot_faults.KILL,
     )
 }

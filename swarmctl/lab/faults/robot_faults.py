@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from swarmctl.lab.errors import LabError
-from swarmctl.lab.faults.fault_kind import FaultKind, RunningLab
+from swarmctl.lab.faults.fault_kind import FaultKind, FaultOption, RunningLab
+from swarmctl.lab.faults.host_faults import percent
 
 if TYPE_CHECKING:
     from swarmctl.lab.lab_plan import LabPlan
@@ -34,6 +35,11 @@ def _stall(lab: RunningLab, robot: str, _: Any) -> str:
     return "does not answer"
 
 
+def _drain(lab: RunningLab, robot: str, level: float) -> str:
+    lab.ask("battery", f"{lab.plan.robot(robot).name} {level / 100:g}")
+    return f"battery at {level:g} %"
+
+
 def _kill(lab: RunningLab, robot: str, _: Any) -> str:
     lab.in_host(_host_of(lab.plan, robot), kill_script(lab.plan.swarm, robot))
     return "driver killed"
@@ -45,6 +51,10 @@ def _plug(lab: RunningLab, robots: Sequence[str]) -> None:
 
 def _resume(lab: RunningLab, robots: Sequence[str]) -> None:
     _ask_for_emulated(lab, "resume", robots)
+
+
+def _recharge(lab: RunningLab, robots: Sequence[str]) -> None:
+    _ask_for_emulated(lab, "recharge", robots)
 
 
 def _ask_for_emulated(lab: RunningLab, verb: str, robots: Sequence[str]) -> None:
@@ -70,6 +80,14 @@ STALL = FaultKind(
     _stall,
     _resume,
     of_robots=True,
+)
+BATTERY = FaultKind(
+    "battery",
+    "Set how full the batteries of robots are.",
+    _drain,
+    _recharge,
+    of_robots=True,
+    option=FaultOption("percent", "N", "How full they are, in percent.", percent),
 )
 KILL = FaultKind(
     "kill",

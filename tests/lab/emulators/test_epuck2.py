@@ -15,7 +15,7 @@ EVERYTHING = struct.Struct("<3h3f3h3fb8H8HH4H2hH5B3H3Hx")
     ("request_", "reply"),
     [
         (b"A\r", b"a,0,-2,16387\r\n"),
-        (b"b\r", b"b,3160 (80%)\r\n"),
+        (b"b\r", b"b,3310 (80%)\r\n"),
         (b"C\r", b"c,3\r\n"),
         (b"N\r", b"n,7,5,10,8,6,4,9,7\r\n"),
         (b"R\r", b""),  # the reset is commented out in the firmware, and so is its reply
@@ -62,7 +62,7 @@ def test_all_sensors_come_in_103_bytes() -> None:
     assert values[12] == 31  # temperature
     assert values[29] == 400  # time of flight, mm
     assert values[34:36] == (7, -8)  # steps
-    assert values[36] == 3300  # battery
+    assert values[36] == 3441  # battery
     assert values[41] == 8  # selector
 
 

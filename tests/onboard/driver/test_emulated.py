@@ -61,6 +61,12 @@ def test_every_battery_is_between_empty_and_full(type_name: str) -> None:
     assert 0.5 <= charge.share <= 0.95
 
 
+@pytest.mark.parametrize("type_name", TYPES)
+@pytest.mark.parametrize("share", [0.05, 0.5, 1.0])
+def test_a_battery_is_read_as_it_was_set(type_name: str, share: float) -> None:
+    assert volts(Emulated(type_name, battery=share)).share == pytest.approx(share, abs=0.04)
+
+
 def test_the_koala_sees_a_wall_ahead_and_nothing_elsewhere():
     robot = Emulated("koala", walls=AHEAD)
     metres = seen(robot, "proximity")

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
+from swarm_onboard.command.battery_watch import BatteryLimits, BatteryWatch
+from swarm_onboard.command.limits import STANDSTILL
+from swarm_onboard.command.report import Level
 from swarm_onboard.gate.gate import Gate
 from swarm_onboard.gate.robot_state import PowerWatch
 
@@ -15,7 +18,8 @@ UNKNOWN, CHARGING, DISCHARGING, NOT_CHARGING, FULL = range(5)  # sensor_msgs/Bat
 
 def watch(bench: Bench, docked: str = "") -> PowerWatch:
     """The watch of the gate of ``bench``."""
-    made = PowerWatch("/tb/battery_state", docked, lambda: bench.now)
+    charge = BatteryWatch(BatteryLimits(low=0.25, empty=0.1), bench.commands, lambda: bench.now)
+    made = PowerWatch("/tb/battery_state", docked, charge, lambda: bench.now)
     bench.gate = Gate(CONFIG, bench.commands, bench, power=made, clock=lambda: bench.now)
     return made
 
@@ -68,3 +72,44 @@ def test_what_is_old_or_of_a_driver_that_is_gone_is_not_known() -> None:
     topics.take_battery(0.5, CHARGING)
     bench.connected = 0
     assert "docked" not in bench.gate.motion()
+
+
+def test_an_empty_battery_means_zeros_until_it_is_no_longer_low() -> None:
+    bench = Bench()
+    topics = watch(bench)
+
+    def driven(percentage: float) -> bool:
+        """Whether commands are passed on once that was the battery's level for a while."""
+        for _ in range(4):  # a driver that publishes its battery once in 5 s
+            topics.take_battery(percentage, UNKNOWN)
+            for _ in range(20):
+                bench.command(0.1)
+                bench.wait(0.25)
+        return bench.sent[-1][1] != STANDSTILL
+
+    assert driven(0.5)
+    assert driven(0.2)
+    assert (bench.reports[-1].level, bench.reports[-1].message) == (
+        Level.WARN,
+        "driving; battery low: 20%, low is 25%",
+    )
+    assert not driven(0.05)
+    assert (bench.reports[-1].level, bench.reports[-1].message) == (
+        Level.ERROR,
+        "standing still; battery empty: 5%, takes no command until 25%",
+    )
+    assert bench.reports[-1].values["dead-man trips"] == "0", "it was commanded all the time"
+    assert not driven(math.nan), "not known is no reason to drive"
+    assert not driven(0.2)
+    assert driven(0.3)
+    assert driven(math.nan), "nor a reason to stand"
+
+
+def test_one_odd_message_stops_no_robot() -> None:
+    bench = Bench()
+    topics = watch(bench)
+    for percentage in (0.5, 0.0, 0.5, 0.0, 0.0, 0.5):
+        topics.take_battery(percentage, UNKNOWN)
+        bench.wait(10.0)
+        bench.command(0.1)
+        assert bench.sent[-1][1] != STANDSTILL

@@ -48,7 +48,7 @@ class CommandGate:
         with self._lock:
             if self._authority.admits(sender, self._clock(), age):
                 self._commands.put(linear, angular, arrived)
-                if not self._commands.held:
+                if not self._commands.closed:
                     self._log.admitted(self._authority.commander_name(sender), sender)
 
     def admits_setting(self, node: str, host: str | None) -> bool:

@@ -32,6 +32,7 @@ class CommandMailbox:
         self.commanded_at = clock()  # when the latest command came, or the mailbox was made
         self.stopped = False
         self.held = False
+        self.battery_empty = False
         self.refused = 0
         self._listen, self._bell = socket.socketpair()
         self._bell.setblocking(False)
@@ -39,9 +40,9 @@ class CommandMailbox:
     def put(self, linear: Sequence[float], angular: Sequence[float], arrived: float | None = None) -> None:
         """Stores a Twist: its components x, y, z in m/s and rad/s. An implausible one makes it a stop.
 
-        Ignored while the robot is held.
+        Ignored while the robot is held or its battery is empty.
         """
-        if self.held:
+        if self.closed:
             return
         sane = plausible((*linear, *angular))
         self.refused += not sane
@@ -55,6 +56,17 @@ class CommandMailbox:
         if held != self.held:
             self.latest = None
             self.held = held
+
+    def hold_empty(self, *, empty: bool) -> None:
+        """Makes the robot stand for an empty battery, as ``hold`` does."""
+        self.latest = None
+        self.battery_empty = empty
+        self.ring()
+
+    @property
+    def closed(self) -> bool:
+        """Whether the robot stands, whatever it is commanded."""
+        return self.held or self.battery_empty
 
     def stop(self) -> None:
         """Ends the mailbox: every waiting thread returns."""

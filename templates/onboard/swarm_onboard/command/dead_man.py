@@ -30,18 +30,20 @@ class DeadMan:
         return command.stamp + self.timeout if command is not None else -math.inf
 
     def expired(self) -> bool:
-        """Returns True if the robot stands for want of commands, and not because it is held."""
-        return not self._commands.held and self.in_force() is None
+        """Returns True if the robot stands for want of commands, and not because it takes none."""
+        return not self._commands.closed and self.in_force() is None
 
     def activity(self, moving: bool) -> str:
         """Returns what the robot is doing, as text for people."""
         if self._commands.held:
             return "stopped by `swarmctl stop`: commands are ignored until `swarmctl start`"
+        if self._commands.battery_empty:
+            return "standing still"
         if self.in_force() is not None:
             return "driving" if moving else "standing still, as commanded"
         silence = "yet" if self._given() is None else f"for {self.timeout:g} s"
         return f"standing still: no accepted command {silence}"
 
     def _given(self) -> Command | None:
-        command = self._commands.latest if not self._commands.held else None
+        command = self._commands.latest if not self._commands.closed else None
         return command if command is not None and command.stamp >= self.since else None

@@ -9,11 +9,14 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from swarm_onboard.command.authority import Commander, commander_of
+from swarm_onboard.command.battery_watch import BatteryLimits, battery_limits_of
 from swarm_onboard.command.start import Start, start_of
 from swarm_onboard.common.parameters import between, content_of, one_of, parsed, positive
 from swarm_onboard.driver.live_values import fixed, shown_params
 from swarm_onboard.driver.protocols import Protocol, protocol_of
 from swarm_onboard.ros.node import COMMAND_TYPES
+
+_WARNS = BatteryLimits(low=0.15)  # of robots without limits of their own: reported, never stopped
 
 
 @dataclass(frozen=True)
@@ -118,6 +121,7 @@ class Config:
     urdf: Path | None = None  # file with its shape
     start: Start | None = None
     stop_file: str = ""  # the latch of `swarmctl stop`
+    battery_limits: BatteryLimits = _WARNS
     shown: Mapping[str, Any] = field(default_factory=dict)  # as ROS parameters
     fixed: Mapping[str, Any] = field(default_factory=dict)  # what a running driver does not take
     file: Path = Path()
@@ -164,6 +168,7 @@ def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
         urdf=folder / str(data["urdf"]) if "urdf" in data else None,
         start=start_of(data["start"]) if "start" in data else None,
         stop_file=str(data.get("stop_file", "")),
+        battery_limits=battery_limits_of(data["battery_limits"]) if "battery_limits" in data else _WARNS,
         shown=shown_params(data),
         fixed=fixed(data),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Callable, Protocol, Sequence
 
+from swarm_onboard.command.battery_watch import BatteryWatch
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.driver.actuators import ActuatorSettings
 from swarm_onboard.driver.config import Config
@@ -25,6 +26,7 @@ class ConnectionContext:
     outputs: ActuatorSettings
     sink: Sink
     tally: Tally
+    battery: BatteryWatch
     clock: Callable[[], float]
 
 
@@ -87,10 +89,6 @@ class Connection(Protocol):
 
     def wheel_step(self) -> float | None:
         """Returns the way of a wheel from one count to the next, in m; None if the wheels are not read."""
-        ...
-
-    def battery(self) -> float | None:
-        """Returns how full the battery is, 0 to 1; None if it was not read lately."""
         ...
 
     def rates(self) -> list[tuple[str, float, float]]:

@@ -9,6 +9,7 @@ from enum import Enum
 from typing import Any, Callable, Mapping, Sequence
 
 from swarm_onboard.command.authority import Standing
+from swarm_onboard.command.battery_watch import BatteryWatch
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.command.limits import STANDSTILL
@@ -38,7 +39,6 @@ from swarm_onboard.driver.tally import Tally
 
 _STABLE = 5.0  # s a session must last before its loss counts as a new one
 _WARM, _WARM_PERIODS = 2.0, 2.5  # s, and periods, until a sensor's rate can be measured
-_LOW = 0.15  # of a full battery, by its voltage
 _LONGEST_FIRMWARE = 200  # characters, so that an answer fits into a datagram
 _SLOW = 0.8  # of the wanted rate, below which a sensor is reported as slow
 
@@ -77,6 +77,7 @@ class Driver:
         self._clock = clock
         self._jitter = jitter
         self._tally = Tally()
+        self._battery = BatteryWatch(config.battery_limits, commands, clock)
         self._relay = relay
         self._connection: Connection | None = None
         self._odometry = Odometry()
@@ -151,7 +152,7 @@ class Driver:
             "measured": step is not None,
             "still_since": self._stillness.since(step, zero_at),
             "idle_since": idle_since,
-            "battery": connection.battery() if connection is not None and known else None,
+            "battery": self._battery.share() if known else None,
             "firmware": _named(connection.firmware) if connection is not None and known else "",
             "trouble": "" if known else (connection.trouble if connection else "") or self._trouble,
         }
@@ -176,7 +177,13 @@ class Driver:
     def _connected(self, port: BytePort) -> Connection:
         protocol = self._config.protocol
         around = ConnectionContext(
-            self._config, self._commands, self._outputs, self._sink, self._tally, self._clock
+            self._config,
+            self._commands,
+            self._outputs,
+            self._sink,
+            self._tally,
+            self._battery,
+            self._clock,
         )
         if isinstance(protocol, RosserialProtocol):
             return Board(port, protocol, self._relay, self._odometry.forget(), around)
@@ -221,13 +228,12 @@ class Driver:
             for name, measured, wanted in connection.rates()
             if measured < _SLOW * wanted and age > max(_WARM, _WARM_PERIODS / wanted)
         ]
-        charge = connection.battery()
-        low = [f"the battery is at {charge:.0%}"] if charge is not None and charge < _LOW else []
         losing = self._tally.losing(self._clock())
         lost = [f"{losing}: check the plugs, the robot's supply and its battery"] if losing else []
-        complaints = [*strangers, *connection.complaints(), *lost, *slow, *low]
+        complaints = [*strangers, *connection.complaints(), *lost, *slow, *self._battery.complaints()]
         message = "; ".join([connection.activity(), *complaints])
-        return Report(Level.WARN if complaints else Level.OK, message, figures)
+        level = max(self._battery.level(), Level.WARN if complaints else Level.OK)
+        return Report(level, message, figures)
 
     def _figures(self) -> dict[str, str]:
         tally, connection = self._tally, self._connection

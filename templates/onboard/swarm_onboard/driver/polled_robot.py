@@ -83,9 +83,6 @@ class PolledRobot:
     def wheel_step(self) -> float | None:
         return self._session.wheel_step() if self._session else None
 
-    def battery(self) -> float | None:
-        return self._session.battery() if self._session else None
-
     def rates(self) -> list[tuple[str, float, float]]:
         return self._session.rates() if self._session else []
 
@@ -135,6 +132,7 @@ class PolledRobot:
             outputs=around.outputs,
             sink=around.sink,
             tally=around.tally,
+            battery=around.battery,
             clock=around.clock,
             slow=not self._unprepared,  # what is not set may send more than is expected
             left_out=left_out,

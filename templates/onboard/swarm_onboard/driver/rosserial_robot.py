@@ -133,9 +133,6 @@ class Board:
     def wheel_step(self) -> float | None:
         return self._wheels.scale.metres_per_count or None
 
-    def battery(self) -> float | None:
-        """Returns None: what a sketch publishes is passed on unread."""
-
     def rates(self) -> list[tuple[str, float, float]]:
         """Name, measured and wanted rate of every topic that the sketch publishes, in Hz."""
         now = self._clock()

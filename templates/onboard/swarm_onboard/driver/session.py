@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Callable, Protocol, Sequence
 
+from swarm_onboard.command.battery_watch import BatteryWatch
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.command.report import Level, Report
@@ -90,6 +91,7 @@ class Session:
         outputs: ActuatorSettings,
         sink: Sink,
         tally: Tally,
+        battery: BatteryWatch,
         clock: Callable[[], float],
         slow: bool = True,
         left_out: Sequence[Sensor] = (),
@@ -106,6 +108,7 @@ class Session:
         self._dead_man = DeadMan(commands, config.command_timeout, clock)
         self._sink = sink
         self._tally = tally
+        self._battery = battery
         self._clock = clock
         self._slow = slow
         self._left_out = [one.name for one in left_out]
@@ -114,8 +117,6 @@ class Session:
         self._confirmed: Units | None = STANDSTILL  # none while it is not known what the robot does
         self._sent_at = self.since
         self._aim = STANDSTILL
-        self._charge: float | None = None
-        self._charge_until = -math.inf
 
     def step(self) -> float:
         """One exchange at most, the most urgent one; then the moment at which the next is due."""
@@ -145,10 +146,6 @@ class Session:
         """Returns the way of a wheel from one count to the next, in m; None if the wheels are not read."""
         wheels = any(feed.sensor.kind == "wheels" for poll in self._polls for feed in poll.feeds)
         return self._scale.metres_per_count if wheels else None
-
-    def battery(self) -> float | None:
-        """Returns how full the battery is by the latest reading, 0 to 1; None without one that is recent."""
-        return self._charge if self._charge is not None and self._clock() <= self._charge_until else None
 
     def rates(self) -> list[tuple[str, float, float]]:
         """Name, measured and wanted rate of every sensor, in Hz."""
@@ -282,8 +279,8 @@ class Session:
             self._tally.failed(BadReplyError(f"`{sensor.name}` has a value that is not a number"))
             return
         if sensor.kind == "battery":
-            self._charge = charge(values, sensor.settings).share
-            self._charge_until = arrived + max(_SHORTEST_CHARGE, _PERIODS / sensor.rate)
+            recent = max(_SHORTEST_CHARGE, _PERIODS / sensor.rate)
+            self._battery.take(charge(values, sensor.settings).share, recent)
         if sensor.kind != "wheels":
             self._sink.reading(sensor, values)
             return

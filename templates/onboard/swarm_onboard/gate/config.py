@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from swarm_onboard.command.authority import Commander, commander_of
+from swarm_onboard.command.battery_watch import NO_LIMITS, BatteryLimits, battery_limits_of
 from swarm_onboard.command.start import Start, start_of
 from swarm_onboard.common.parameters import between, loaded, one_of, positive
 from swarm_onboard.gate.motion import AXES, Motion
@@ -37,6 +38,7 @@ class Config:
     odometry: str = ""  # the topic of the driver's odometry, if it publishes any
     battery: str = ""  # that of its battery
     docked: str = ""  # that of whether it is docked
+    battery_limits: BatteryLimits = NO_LIMITS
 
     @property
     def node(self) -> str:
@@ -78,6 +80,7 @@ def parse(data: Mapping[str, Any]) -> Config:
         odometry=str(data.get("odometry", "")),
         battery=str(data.get("battery", "")),
         docked=str(data.get("docked", "")),
+        battery_limits=battery_limits_of(data["battery_limits"]) if "battery_limits" in data else NO_LIMITS,
     )
 
 

@@ -160,11 +160,14 @@ class Gate:
         activity = self._dead_man.activity(self._aim != STANDSTILL)
         activity += ", slowed to the robot's limits" if self._slowed else ""
         bypasses = list(wiring.bypasses()) if wiring is not None else []
+        power = self._power.charge if self._power is not None else None
         complaints = [*bypasses, *([standing.complaint] if standing.complaint else [])]
         if wiring is not None and not wiring.receivers:
             output = self._config.output
             complaints.append(f"no node subscribes to {output}: commands do not reach the driver")
+        complaints += power.complaints() if power is not None else []
         level = Level.ERROR if bypasses else Level.WARN if complaints else Level.OK
+        level = max(level, power.level()) if power is not None else level
         return Report(level, "; ".join([activity, *complaints]), self._figures(standing, wiring))
 
     def _figures(self, standing: Standing, wiring: Wiring | None) -> dict[str, str]:

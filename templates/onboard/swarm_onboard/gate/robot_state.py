@@ -8,6 +8,8 @@ import time
 from dataclasses import dataclass
 from typing import Any, Callable, Mapping
 
+from swarm_onboard.command.battery_watch import BatteryWatch
+
 _RECENT_POWER = 60.0  # s; many drivers publish their battery once in 10 s
 #: Values of `power_supply_status` in sensor_msgs/BatteryState: discharging, not charging; charging, full.
 _ELSEWHERE, _DOCKED = (2, 3), (1, 4)
@@ -15,7 +17,6 @@ _ELSEWHERE, _DOCKED = (2, 3), (1, 4)
 
 @dataclass(frozen=True)
 class _SeenPower:
-    battery: float | None
     docked: bool | None
     arrived: float
 
@@ -23,8 +24,11 @@ class _SeenPower:
 class PowerWatch:
     """``battery`` and ``docked``: full names of topics, empty for none. ``take_*`` may run in any thread."""
 
-    def __init__(self, battery: str, docked: str, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, battery: str, docked: str, charge: BatteryWatch, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self.battery = battery
+        self.charge = charge
         self.docked = docked
         self._clock = clock
         self._power: _SeenPower | None = None
@@ -32,22 +36,19 @@ class PowerWatch:
 
     def take_battery(self, percentage: float, status: int) -> None:
         """Takes a sensor_msgs/BatteryState. A share that is not from 0 to 1 says nothing, NaN included."""
-        share = percentage if 0.0 <= percentage <= 1.0 else None
+        self.charge.take(percentage if 0.0 <= percentage <= 1.0 else None, _RECENT_POWER)
         docked = True if status in _DOCKED else False if status in _ELSEWHERE else None
-        self._power = _SeenPower(share, docked, self._clock())
+        self._power = _SeenPower(docked, self._clock())
 
     def take_docked(self, docked: bool) -> None:
         """Takes a std_msgs/Bool that says whether the robot is docked; it counts more than its battery."""
-        self._contact = _SeenPower(None, docked, self._clock())
+        self._contact = _SeenPower(docked, self._clock())
 
     def state(self) -> Mapping[str, Any]:
         """Returns what is known now; None for what no recent message says."""
-        power, contact = self._recent(self._power), self._recent(self._contact)
-        dock = contact if self.docked else power
-        return {"battery": power.battery if power else None, "docked": dock.docked if dock else None}
-
-    def _recent(self, seen: _SeenPower | None) -> _SeenPower | None:
-        return seen if seen is not None and self._clock() - seen.arrived <= _RECENT_POWER else None
+        dock = self._contact if self.docked else self._power
+        recent = dock is not None and self._clock() - dock.arrived <= _RECENT_POWER
+        return {"battery": self.charge.share(), "docked": dock.docked if dock and recent else None}
 
 
 SLOWEST = 0.02  # m/s, and rad/s: what is not faster counts as standing

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Callable
 
 from swarm_onboard.command import runner
 from swarm_onboard.command.authority import Authority
+from swarm_onboard.command.battery_watch import BatteryWatch
 from swarm_onboard.command.command_gate import CommandGate
 from swarm_onboard.command.command_log import command_log
 from swarm_onboard.command.command_mailbox import CommandMailbox
@@ -63,7 +64,8 @@ class GateNode:
         self._output = Output(notifier)
         self._odometry = OdometryWatch(config.odometry) if config.odometry else None
         known = config.battery or config.docked
-        self._power = PowerWatch(config.battery, config.docked) if known else None
+        charge = BatteryWatch(config.battery_limits, self.commands)
+        self._power = PowerWatch(config.battery, config.docked, charge) if known else None
         self._gate = Gate(
             config, self.commands, self._output, standing=self._senders.standing, wiring=self._wiring.latest,
             odometry=self._odometry, power=self._power,
