@@ -206,9 +206,9 @@ class NewNames:
     ) -> Iterator[tuple[Loc, str]]:
         for pattern in patterns:
             for loc, text in at(data, pattern.split(".")):
-                if isinstance(text, str) and (pattern not in _LISTED or is_selection(text)):
-                    if (new := change(text)) != text:
-                        yield loc, new
+                is_meant = isinstance(text, str) and (pattern not in _LISTED or is_selection(text))
+                if is_meant and (new := change(text)) != text:
+                    yield loc, new
 
     def _selection(self, text: str, whole: Any) -> str:
         """A selection with new names; one that means a host and a robot stays."""

@@ -9,7 +9,7 @@ import pytest
 
 from swarmctl.linter.runner import check_files
 from swarmctl.spec.load import Document
-from swarmctl.swarm.renaming import KINDS, Renaming, RenameError, rename
+from swarmctl.swarm.renaming import KINDS, RenameError, Renaming, rename
 from swarmctl.yamltext.files import content
 from tests import ROOT
 
