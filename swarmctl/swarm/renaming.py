@@ -102,7 +102,7 @@ def rename(document: Document, old: str, new: str, kind: str | None = None) -> R
         raise RenameError(
             f"{first}: `{old}` is not written there by itself, but as one of a range or by an alias",
             *(f"so it is in {one}" for one in more),
-            f"write {kind} `{old}` out, with an entry of its own",
+            f"write `{old}` out there, as an entry or an item of its own",
         )
     texts = {
         file: edits.apply(source.texts[file], _in(whole, file)) for file in {one.span.file for one in whole}
@@ -148,8 +148,6 @@ def _check(document: Document, kind: str, old: str, new: str) -> None:
     if (kind, new) in _sections(document):
         place = document.source.span((KINDS[kind], new), key=True)
         raise RenameError(f"there is a {kind} `{new}` already", f"it is in {place}")
-    if old == new:
-        raise RenameError(f"`{old}` has this name already")
 
 
 def _names(document: Document, section: str, old: str, new: str) -> Mapping[str, Mapping[str, str]]:

@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli.app import run
+from swarmctl.cli.verbs.rename import Kind
 from swarmctl.deploy import build_store, journal
 from swarmctl.remote import known_hosts
+from swarmctl.swarm.renaming import KINDS
 from tests import ROOT
 
 KEY = "ssh-ed25519 AAAAC3NzaC1lZDI1NTE5AAAAI" + "A" * 42 + "E"
@@ -33,6 +35,10 @@ def swarm_name(folder: Path) -> str:
         for line in (folder / "swarm.yaml").read_text().split("\n")
         if line.startswith("name:")
     )
+
+
+def test_each_kind_can_be_chosen() -> None:
+    assert [one.value for one in Kind] == [*KINDS]
 
 
 def test_the_verb_shows_the_edit_or_writes_it(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -88,7 +94,7 @@ def test_what_this_machine_has_of_a_host_goes_along(folder: Path) -> None:
     place = journal.folder(name)
     pins = folder / "swarm.known_hosts"
     pins.write_text(f"# pinned\nk3-pi,10.0.0.1 {KEY}\npi-3 {OTHER}\n@revoked k3-pi {OTHER}\n")
-    (folder / f"{name}.wireguard").write_text(f"k3-pi {WIREGUARD}\nepuck-pi {WIREGUARD}\n")
+    (folder / f"{name}.wireguard").write_text(f"# of k3-pi\nk3-pi {WIREGUARD}\nepuck-pi {WIREGUARD}\n")
     journal.remember(place, "k3-pi", "0" * 16, {})
     journal.remember_failed(place, ["epuck-pi", "k3-pi"], lab=False)
     build_store.remember_platforms(name, "", {"k3-pi": "arm"}, ["k3-pi"])
@@ -97,7 +103,9 @@ def test_what_this_machine_has_of_a_host_goes_along(folder: Path) -> None:
     assert run(["rename", "k3-pi", "pi-3", "--write"]) == 0
     assert pins.read_text() == f"# pinned\npi-3,10.0.0.1 {KEY}\n@revoked pi-3 {OTHER}\n"
     assert known_hosts.read(pins).keys("pi-3", "10.9.9.9", 22) == (KEY,)
-    assert (folder / f"{name}.wireguard").read_text() == f"pi-3 {WIREGUARD}\nepuck-pi {WIREGUARD}\n"
+    assert (
+        folder / f"{name}.wireguard"
+    ).read_text() == f"# of k3-pi\npi-3 {WIREGUARD}\nepuck-pi {WIREGUARD}\n"
     assert journal.left(place, ["pi-3"]) == []
     assert journal.failed(place, lab=False) == ["epuck-pi", "pi-3"]
     assert json.loads((place / "pi-3.json").read_text())["digest"] == "0" * 16

@@ -18,7 +18,7 @@ version: 1
 name: lab
 mode: combined
 hosts:
-  desk: {address: 10.0.0.2}           # the one at the door
+  desk: {address: 10.0.0.2, has: [look]}           # the one at the door
   pi: {address: 10.0.0.3, via: desk}
   pi-[1-2]: {address: "10.0.0.[11-12]"}
 robots:
@@ -69,7 +69,7 @@ control:
 #: By kind and old name: the lines of the spec that change, with the new name `new-1`.
 CHANGED = {
     ("host", "desk"): [
-        "  new-1: {address: 10.0.0.2}           # the one at the door",
+        "  new-1: {address: 10.0.0.2, has: [look]}           # the one at the door",
         "  pi: {address: 10.0.0.3, via: new-1}",
         '  more: ["@some", "host:new-1", "!robot:k3", "program:camera-k3"]',
         '  west: {mode: central, hosts: [new-1, "pi"], hub: new-1}',
@@ -187,9 +187,9 @@ def test_what_is_not_changed_is_listed(layers: tuple[Path, Path]) -> None:
     ] == [11]
 
 
-def test_names_of_a_new_name_are_told_apart_from_files_and_other_kinds(layers: tuple[Path, Path]) -> None:
-    document = read({}, *layers)
-    made = rename(document, "pi", "new-1")
+@pytest.mark.parametrize("old", ["pi", "look"])
+def test_other_names_and_words_are_not_listed(old: str, layers: tuple[Path, Path]) -> None:
+    made = rename(read({}, *layers), old, "new-1")
     assert not made.mentions(read(made.texts, *layers))
 
 
@@ -244,3 +244,31 @@ def test_a_glob_that_would_mean_something_else_is_shown(old: str, new: str, tmp_
     made: Renaming = rename(document, old, new)
     with pytest.raises(RenameError, match=r"swarm\.yaml:13:20: this would mean something else"):
         made.check(document, read(made.texts, path))
+
+
+def test_a_word_that_means_a_host_and_a_robot_is_shown(tmp_path: Path) -> None:
+    path = tmp_path / "swarm.yaml"
+    path.write_text(
+        "version: 1\nname: lab\nmode: leader\nleader: k3\nhosts: {k3: {address: 10.0.0.2}}\n"
+        "robots: {k3: {type: khepera3, host: k3}}\ngroups: {all: [k3]}\n"
+        "links:\n  - {kind: serial, host: k3, robot: k3, usb: {serial: F1}}\n"
+        'control:\n  - {by: k3, of: ["@all"]}\n'
+    )
+    document = read({}, path)
+    made = rename(document, "k3", "new-1", "host")
+    assert "groups: {all: [k3]}" in made.texts[str(path)]
+    made.check(document, after := read(made.texts, path))
+    assert [one.line for one in made.mentions(after)] == [7]
+
+
+def test_one_of_a_range_that_others_have_is_not_changed(tmp_path: Path) -> None:
+    path = tmp_path / "swarm.yaml"
+    path.write_text(
+        "version: 1\nname: lab\nmode: central\nhub: pi-1\n"
+        "hosts:\n  pi-1: {address: 10.0.0.2}\n  pi-2: {address: 10.0.0.3}\n"
+        'robots:\n  k3-[1-2]: {type: khepera3, host: "pi-[1-2]"}\n'
+        "links:\n  - {kind: wlan, name: air, hosts: [pi-1, pi-2]}\n"
+        '  - {kind: serial, host: "pi-[1-2]", robot: "k3-[1-2]", usb: {serial: "F[1-2]"}}\n'
+    )
+    with pytest.raises(RenameError, match=r"swarm\.yaml:9:36: `pi-1` is not written there by itself"):
+        rename(read({}, path), "pi-1", "desk")
