@@ -41,6 +41,11 @@ _WRITE = (
         example="swap swarm.yaml epuck-1 epuck-2",
     ),
     Verb(
+        "rename",
+        "Rename a host, robot, program or group in all files of a spec. Comments and layout stay.",
+        example="rename swarm.yaml k3-pi pi-3",
+    ),
+    Verb(
         "driver",
         "Show robot types, write your own, test a robot with it.",
         example="driver show khepera3",

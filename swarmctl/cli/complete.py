@@ -53,6 +53,16 @@ def hosts_and_robots(context: typer.Context, incomplete: str) -> list[str]:
     return _beginning(incomplete, lambda: [*_spec(context).hosts, *_spec(context).robots])
 
 
+def named(context: typer.Context, incomplete: str) -> list[str]:
+    """The hosts, robots, programs and groups of the spec."""
+
+    def known() -> Iterable[str]:
+        spec = _spec(context)
+        return dict.fromkeys((*spec.hosts, *spec.robots, *spec.programs, *spec.groups))
+
+    return _beginning(incomplete, known)
+
+
 def types(context: typer.Context, incomplete: str) -> list[str]:
     """The robot types that swarmctl ships and those beside the spec."""
     from swarmctl.spec.catalog import load_catalog

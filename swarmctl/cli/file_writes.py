@@ -53,7 +53,7 @@ def write(changes: Sequence[Change]) -> None:
     try:
         for path, change in by_path.items():
             mark = codecs.BOM_UTF8 if change.read.startswith(codecs.BOM_UTF8) else b""
-            drafts[path] = _draft(path, mark + change.after.encode())
+            drafts[path] = _draft(path, mark + change.after.encode(errors="surrogateescape"))
         for path, draft in drafts.items():
             draft.replace(path)
             done.append(path)

@@ -79,6 +79,10 @@ class SpecFixes:
 
     def found_with(self, texts: Texts) -> Findings:
         """Returns the findings with other texts in place of those of some files."""
+        return self.checked_with(texts)[1]
+
+    def checked_with(self, texts: Texts) -> tuple[Document | None, Findings]:
+        """Returns the document as well; None if there are errors."""
         from swarmctl.linter.runner import check_files
 
         changed = {Path(file): text.encode() for file, text in texts.items()}
@@ -87,4 +91,4 @@ class SpecFixes:
             workspaces=self._spec.workspaces,
             read=lambda path: changed[path] if path in changed else self.read(path),
             search=self._search,
-        )[1]
+        )

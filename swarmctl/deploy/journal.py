@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,15 @@ def remember(
 def forget(place: Path, host: str) -> None:
     """Store that ``host`` runs nothing of the swarm any more."""
     (place / f"{host}.json").unlink(missing_ok=True)
+
+
+def rename(place: Path, host: str, new: str) -> None:
+    """Store what is known of ``host`` as what is known of ``new``. Raises ``OSError``."""
+    with suppress(FileNotFoundError):
+        (place / f"{host}.json").replace(place / f"{new}.json")
+    for lab in (False, True):
+        if host in (hosts := failed(place, lab=lab)):
+            remember_failed(place, [new if one == host else one for one in hosts], lab=lab)
 
 
 def remember_failed(place: Path, hosts: Collection[str], *, lab: bool) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,6 +41,18 @@ class Line:
         if self.marker or len(kept) == len(self.names):
             return self
         return _parse_line(" ".join((",".join(kept), *self.text.split()[1:]))) if kept else None
+
+    def renamed(self, names: Mapping[str, str]) -> Line:
+        """The line with other names for the lower-case ones in ``names``, hashed ones included."""
+        new = [
+            next((to for one, to in names.items() if own.lower() == one or _hashes(own, (one,))), own)
+            for own in self.names
+        ]
+        if tuple(new) == self.names:
+            return self
+        words = self.text.split()
+        words[1 if self.marker else 0] = ",".join(new)
+        return _parse_line(" ".join(words))
 
 
 @dataclass(frozen=True)
@@ -80,6 +92,12 @@ class KnownHosts:
         written = ",".join(dict.fromkeys((own[0], *at)))
         kept[place:place] = [_parse_line(f"{written} {key}") for key in keys]
         return KnownHosts(tuple(line for line in kept if line is not None))
+
+    def renamed(self, host: str, new: str, port: int) -> KnownHosts:
+        """The same file with ``new`` as the name of a host, without what it had by that name."""
+        names = dict(zip(_names(host, host, port)[0], _names(new, new, port)[0], strict=True))
+        kept = [line.without(tuple(names.values())) for line in self.lines]
+        return KnownHosts(tuple(line.renamed(names) for line in kept if line is not None))
 
     def dump(self) -> str:
         """The text of the file."""

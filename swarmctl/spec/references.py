@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -51,7 +52,7 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "ignore.*.about": COMMANDERS,
 }
 # Where selections stand; in the first of these a plain name is one too.
-_GROUPED = ("groups.*.*", "programs.*.hosts.*", "programs.*.robots.*")
+_GROUPED = ("groups.*.*", "programs.*.hosts.*", "programs.*.robots.*", f"vars.*.{KEY}")
 _LISTED = ("links.*.hosts.*", "control.*.of.*", "experiments.*.robots.*", "islands.*.hosts.*")
 _PREFIXES = {
     _HOSTS: ("", "host"),
@@ -59,7 +60,32 @@ _PREFIXES = {
     _PROGRAMS: ("program",),
     _ISLANDS: ("island",),
     "types": ("type",),
+    "groups": ("@",),
 }
+# Where ROS names stand, those of the first from the root, of the others relative to a namespace.
+_FROM_ROOT = (
+    "experiments.*.record.*",
+    "experiments.*.success.*.topic",
+    "experiments.*.until.*.topic",
+    "multimaster.topics.*.topic",
+    "programs.*.namespace",
+)
+_RELATIVE = (
+    "programs.*.calls.*.name",
+    "robots.*.driver.command",
+    *(
+        f"{owner}.{key}"
+        for owner in ("programs.*", "robots.*.driver")
+        for key in (
+            "provides.*.name", "publishes.*.topic", f"remap.{KEY}", "remap.*", "subscribes.*.topic",
+        )
+    ),
+)  # fmt: skip
+_VARIABLES = tuple(
+    f"{owner}vars.*{item}"
+    for owner in ("", "hosts.*.", "programs.*.", "robots.*.")
+    for item in ("", ".*", ".*.*")
+)
 _KINDS = frozenset(kind for kinds in _PLACES.values() for kind in kinds)
 
 
@@ -73,6 +99,16 @@ def mentions(data: Any, kind: str, name: str, whole: Any = None) -> Iterator[Loc
             for loc, value in at(data, pattern.split(".")):
                 if value == name:
                     yield loc
+
+
+def kinds_meant(data: Any) -> Mapping[Loc, str]:
+    """Returns what is mentioned in each place that may mention things of several kinds."""
+    return {
+        tuple(loc): next((kind for kind in kinds if name in _named(data, kind)), "")
+        for pattern, kinds in _PLACES.items()
+        if len(kinds) > 1
+        for loc, name in at(data, pattern.split("."))
+    }
 
 
 def kinds_named_at(loc: Loc) -> tuple[str, ...]:
@@ -114,11 +150,11 @@ def rename(source: Source, kind: str, old: str, new: str) -> Edits:
     if any(new in _named(one.data, kind) or _is_selected(one.data, kind, old) for one in layers):
         return ()
     edits = [rename_key(source, (kind, old), new)]
-    edits += [_reworded(source, loc, new) for loc in mentions(source.data, kind, old)]
+    edits += [reworded(source, loc, new) for loc in mentions(source.data, kind, old)]
     known = {edit.span for one in edits for edit in one}
     for layer in source.layers:
         replaced = [rename_key(layer, (kind, old), new)] if old in _named(layer.data, kind) else []
-        replaced += [_reworded(layer, loc, new) for loc in mentions(layer.data, kind, old, source.data)]
+        replaced += [reworded(layer, loc, new) for loc in mentions(layer.data, kind, old, source.data)]
         edits += [one for one in replaced if not one or known.isdisjoint(edit.span for edit in one)]
     return joined(edits) if all(edits) else ()
 
@@ -135,7 +171,63 @@ def _is_selected(data: Any, kind: str, name: str) -> bool:
     )
 
 
-def _reworded(source: Source, loc: Loc, new: str) -> Edits:
+@dataclass(frozen=True)
+class NewNames:
+    """New names by section and old name, and the old and new namespace of a robot, such as `/k3`.
+
+    ``in_variables``: what variables have is renamed, too.
+    """
+
+    names: Mapping[str, Mapping[str, str]]
+    namespace: tuple[str, str] | None = None
+    in_variables: bool = False
+
+    def places(self, data: Any, whole: Any) -> Iterator[tuple[Loc, str]]:
+        """Yields every place of ``data`` that a new name changes, with its new text.
+
+        ``whole`` is the data of the spec of which ``data`` is one layer.
+        """
+        for kind, names in self.names.items():
+            for old, new in names.items():
+                if old in _named(data, kind):
+                    yield (kind, old, KEY), new
+                for loc in mentions(data, kind, old, whole):
+                    yield loc, new
+        yield from self._texts(data, (*_GROUPED, *_LISTED), lambda text: self._selection(text, whole))
+        if self.namespace:
+            yield from self._texts(data, (*_FROM_ROOT, *_RELATIVE), self._ros_name)
+            yield from self._texts(data, _FROM_ROOT, lambda text: self._ros_name(f"/{text}")[1:])
+        if self.in_variables:
+            words = {old: new for names in self.names.values() for old, new in names.items()}
+            yield from self._texts(data, _VARIABLES, lambda text: words.get(text, text))
+
+    def _texts(
+        self, data: Any, patterns: Iterable[str], change: Callable[[str], str]
+    ) -> Iterator[tuple[Loc, str]]:
+        for pattern in patterns:
+            for loc, text in at(data, pattern.split(".")):
+                is_meant = isinstance(text, str) and (pattern not in _LISTED or is_selection(text))
+                if is_meant and (new := change(text)) != text:
+                    yield loc, new
+
+    def _selection(self, text: str, whole: Any) -> str:
+        """A selection with new names; one that means a host and a robot stays."""
+        for word in reversed(words_in(text)):
+            kinds = [kind for kind, prefixes in _PREFIXES.items() if word.prefix in prefixes]
+            name = word.names[0]
+            of_name = [kind for kind in kinds if name in _named(whole, kind)]
+            new = self.names.get(of_name[0], {}).get(name) if len(of_name) == 1 else None
+            if new is not None and word.text.endswith(name):
+                text = text[: word.end - len(name)] + new + text[word.end :]
+        return text
+
+    def _ros_name(self, name: str) -> str:
+        old, new = self.namespace or ("", "")
+        return new + name.removeprefix(old) if f"{name}/".startswith(f"{old}/") else name
+
+
+def reworded(source: Source, loc: Loc, new: str) -> Edits:
+    """Returns the edit that gives the name at ``loc``, which may be a key, another text."""
     return rename_key(source, loc[:-1], new) if loc[-1] == KEY else replace_value(source, loc, new)
 
 

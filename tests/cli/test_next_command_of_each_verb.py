@@ -22,6 +22,7 @@ NEXT = {
     "mode infer": ["mode convert --to central --write"],
     "mode convert": ["validate", "mode convert --to central --write"],
     "swap": ["plan", "swap k3 --with k4 --write"],
+    "rename": ["plan", "rename k3 k4 --write"],
     "driver new": ["driver show my-robot"],
     "driver test": ["status"],
     "validate": ["plan"],

@@ -269,6 +269,28 @@ def test_a_robot_taken_out_of_the_spec_is_gone_from_its_host(swarm: LabSwarm) ->
     assert swarm.plan(without).status == 0
 
 
+def test_a_renamed_robot_obeys_by_its_new_name(swarm: LabSwarm) -> None:
+    renamed = swarm.variant("walker")
+    done = swarm.run("rename", str(renamed), "epuck", "walker", "--write")
+    assert done.status == 0, done.out + done.err
+    steps = [step[:2] for step in swarm.steps(renamed)["epuck-pi"]]
+    old, new = ("stop", "swarm-newswarm.epuck.service"), ("start", "swarm-newswarm.walker.service")
+    assert steps.index(old) < steps.index(new)  # both open the port
+    with swarm.driving(LEADER, "epuck", 0.05):
+        refused = swarm.deploy(renamed)
+        assert re.search("busy: epuck (is commanded|moves)", refused.out), refused.out + refused.err
+    swarm.seconds_to_standstill("epuck")
+    done = swarm.deploy(renamed)
+    assert done.status == 0, done.out + done.err
+    assert {"walker"} <= swarm.units("epuck-pi").keys()
+    assert "epuck" not in swarm.units("epuck-pi")
+    assert swarm.swarmctl("status", spec=renamed).status == 0
+    with swarm.publishing(LEADER, "walker", 0.05) as publisher:
+        until(lambda: moves(swarm.robot("epuck")), "it does not obey by its new name")
+        publisher.kill()
+    assert swarm.plan(renamed).status == 0
+
+
 @pytest.mark.slow
 def test_leader_to_central_restarts_drivers_a_moved_master_everything(
     swarm: LabSwarm,

@@ -9,7 +9,7 @@ import pytest
 
 from swarmctl.field_types import ComputerName, HostName, IslandName, RobotName, RobotTypeName
 from swarmctl.spec.model import Spec
-from swarmctl.spec.references import _PLACES, KEY, mentions, rename
+from swarmctl.spec.references import _FROM_ROOT, _PLACES, _RELATIVE, KEY, mentions, rename
 from swarmctl.yamltext.edits import apply
 from swarmctl.yamltext.source import parse
 
@@ -116,32 +116,44 @@ EXAMPLES = {name.__metadata__[-1].examples[0]: kind for kind, name in NAMES.item
 def test_every_place_that_holds_a_name_is_known() -> None:
     """Keys that hold names are recognised by their examples, in the JSON Schema as in the models."""
     schema = Spec.model_json_schema()
-    held = {place: kind for place, kind in _held(schema, schema, ()) if "types" not in place.split(".")}
+    held = {
+        place: EXAMPLES[example]
+        for place, text in _texts(schema, schema, ())
+        for example in text.get("examples", ())
+        if example in EXAMPLES and "types" not in place.split(".")
+    }
     defined = {f"{kind}.{KEY}" for kind in NAMES}
     assert {place for place in held if place not in defined} <= set(_PLACES)
     for place, kind in held.items():
         assert place in defined or kind in _PLACES[place]
 
 
-def _held(schema: Any, part: Any, place: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-    """The places that hold a name, each with the kind of name."""
+def test_every_place_that_holds_a_ros_name_is_known() -> None:
+    schema = Spec.model_json_schema()
+    held = {place for place, text in _texts(schema, schema, ()) if "A-Za-z~/" in text.get("pattern", "")}
+    words = {"experiments.*.record.*", "programs.*.namespace"}  # which are matched in another way
+    words |= {f"{owner}.remap.{KEY}" for owner in ("programs.*", "robots.*.driver")}
+    assert {one for one in held if "types" not in one.split(".")} == {*_FROM_ROOT, *_RELATIVE} - words
+
+
+def _texts(schema: Any, part: Any, place: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
+    """The places that hold text, each with its schema."""
     if "$ref" in part:
-        yield from _held(schema, schema["$defs"][part["$ref"].rpartition("/")[2]], place)
+        yield from _texts(schema, schema["$defs"][part["$ref"].rpartition("/")[2]], place)
         return
-    for example in part.get("examples", ()) if part.get("type") == "string" else ():
-        if example in EXAMPLES:
-            yield ".".join(place), EXAMPLES[example]
+    if part.get("type") == "string":
+        yield ".".join(place), part
     for one in (*part.get("anyOf", ()), *part.get("oneOf", ())):
-        yield from _held(schema, one, place)
+        yield from _texts(schema, one, place)
     for key, one in part.get("properties", {}).items():
-        yield from _held(schema, one, (*place, key))
+        yield from _texts(schema, one, (*place, key))
     if isinstance(part.get("items"), dict):
-        yield from _held(schema, part["items"], (*place, "*"))
+        yield from _texts(schema, part["items"], (*place, "*"))
     if "propertyNames" in part:
-        yield from _held(schema, {"type": "string", **part["propertyNames"]}, (*place, KEY))
+        yield from _texts(schema, {"type": "string", **part["propertyNames"]}, (*place, KEY))
     for one in (part.get("additionalProperties"), *part.get("patternProperties", {}).values()):
         if isinstance(one, dict):
-            yield from _held(schema, one, (*place, "*"))
+            yield from _texts(schema, one, (*place, "*"))
 
 
 def test_what_is_mentioned_is_found_in_data_of_any_shape() -> None:

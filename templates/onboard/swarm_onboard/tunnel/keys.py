@@ -55,6 +55,13 @@ def joined(text: str, other: str) -> str:
     return "".join(f"{one}\n" for one in lines)
 
 
+def renamed(text: str, host: str, new: str) -> str:
+    """Returns ``text`` with ``new`` as the name of a host. What else is in ``text`` stays."""
+    lines = text.splitlines(keepends=True)
+    mine = [number for number, one in enumerate(lines) if (_parsed(one) or ("",))[0] == host]
+    return "".join(one.replace(host, new, 1) if number in mine else one for number, one in enumerate(lines))
+
+
 def lines_of(text: str, hosts: Iterable[str]) -> str:
     """Returns the live keys of ``hosts``, and all that are retired."""
     wanted, found = set(hosts), filter(None, map(_parsed, text.splitlines()))
