@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from swarmctl.cli import console, left_hosts, rollout_output
-from swarmctl.deploy.outcome import WAITS, why
-from swarmctl.remote.transport import HostError
+from swarmctl.deploy.outcome import WAITS, locked_ones, why
+from swarmctl.remote.transport import HostError, Kind
 
 if TYPE_CHECKING:
     from swarmctl.analysis.impact import Impact
@@ -25,16 +25,50 @@ if TYPE_CHECKING:
     from swarmctl.spec.load import Document
 
 _EVERY = 10.0  # s between two looks whether hosts answer
+_EVERY_BUSY = 30.0  # s between two looks at robots in use, and at hosts that another run changes
+_REST = 3600.0  # s before a release is tried again on a host where it has failed
 
 
 def awaited(found: Mapping[str, object]) -> dict[str, HostError]:
     """Returns the hosts that may get the release later by themselves, each with what keeps it from them."""
-    return {host: one for host, one in found.items() if isinstance(one, HostError) and one.kind in WAITS}
+    errors = {host: one for host, one in found.items() if isinstance(one, HostError)}
+    return {host: one for host, one in errors.items() if one.kind in WAITS} | locked_ones(errors)
+
+
+def _booting(found: Mapping[str, Result], away: Mapping[str, HostError]) -> dict[str, HostError]:
+    """Returns the hosts that begin to answer, and let nobody in yet, or answer in part."""
+    return {
+        host: one
+        for host, one in found.items()
+        if host in away and away[host].kind is Kind.UNREACHABLE
+        if isinstance(one, HostError) and one.kind in (Kind.AUTH, Kind.PRIVILEGE, Kind.PROTOCOL)
+    }
+
+
+def _kept(before: Result, last: Result) -> Result:
+    """Returns the result of a host for the whole run: one that was changed before has nothing to do now."""
+    nothing = not isinstance(last, HostError) and not last.changed
+    return before if nothing and not isinstance(before, HostError) else last
+
+
+def news(found: Mapping[str, Result], before: Mapping[str, Result]) -> dict[str, Result]:
+    """Returns the results of hosts that were changed, or have another kind of error than before."""
+
+    def is_new(host: str, one: Result) -> bool:
+        old = before.get(host)
+        if isinstance(one, HostError):
+            return not isinstance(old, HostError) or old.kind is not one.kind
+        return one.changed or isinstance(old, HostError)
+
+    return {host: one for host, one in found.items() if is_new(host, one)}
 
 
 @dataclass(frozen=True)
 class Rounds:
-    """A deploy of ``wanted`` by ``rules``. ``sizes`` and ``consistency``: as ``waves.order`` takes them."""
+    """A deploy of ``wanted`` by ``rules``. ``sizes`` and ``consistency``: as ``waves.order`` takes them.
+
+    ``failed``: when a release last failed on a host, by both, in s of ``time.monotonic``.
+    """
 
     where: Where
     document: Document
@@ -44,30 +78,44 @@ class Rounds:
     sizes: Sequence[str]
     consistency: Consistency | None
     stop: Stop
+    failed: dict[tuple[str, str], float] = field(default_factory=dict)
 
     def first(self, *, dry_run: bool, yes: bool, saved: SavedPlan | None = None) -> Mapping[str, Result]:
         """Deploys to all hosts, and reports it. Exits after a dry run."""
         found = self._deployed(dry_run=dry_run, yes=yes, saved=saved)
-        self._report(found, found)
+        self.report(found)
+        if not (self.where.in_lab or self.view.json):
+            self.where.guess_lab("deploy", self.view.swarm.name, rollout_output.errors(found))
         return found
 
     def until_all_are_seen(self, found: Mapping[str, Result]) -> Mapping[str, Result]:
-        """Deploys again each time that one of the hosts answers that were away, until none is left."""
-        while (away := awaited(found)) and not self.stop.requested:
+        """Deploys again each time that one of the hosts answers that were away, until none is left.
+
+        Returns the last result of each host, or that of its change.
+        """
+        text, away = "", awaited(found)
+        while away and not self.stop.requested:
             self.remember_awaited(away)
-            console.err().print(f"waiting, since {why(away)}; Ctrl-C ends it")
+            if why(away) != text:
+                text = why(away)
+                console.err().print(f"waiting, since {text}; Ctrl-C ends it")
             self.await_one(away)
-            if not self.stop.requested:
-                found = self._deployed(dry_run=False, yes=True)
-                self._report({host: one for host, one in found.items() if host in away}, found)
+            if self.stop.requested:
+                break
+            last = self.again()
+            self.report(news(last, found))
+            away = awaited(last) | _booting(last, away)
+            found = {host: _kept(found[host], one) for host, one in last.items()}
         self.remember_awaited({})
         return found
 
     def again(self) -> Mapping[str, Result]:
         """Deploys to all hosts, and reports nothing."""
-        return self._deployed(dry_run=False, yes=True)
+        return self._deployed(dry_run=False, yes=True, again=True)
 
-    def _deployed(self, *, dry_run: bool, yes: bool, saved: SavedPlan | None = None) -> Mapping[str, Result]:
+    def _deployed(
+        self, *, dry_run: bool, yes: bool, saved: SavedPlan | None = None, again: bool = False
+    ) -> Mapping[str, Result]:
         from swarmctl.deploy.deployment import Deployment
         from swarmctl.plan.robots_in_use import Dependents
         from swarmctl.plan.waves import order
@@ -79,20 +127,44 @@ class Rounds:
         secrets = where.secrets(self.wanted)
 
         def chosen(one: Deployment) -> Order:
+            if self._have_moved(one.errors):
+                one.leave_nobody_out()
             return order(one.due, self._impacts(one), self.sizes, self.consistency, shared)
 
+        tired = time.monotonic() - _REST
+        failed = [
+            host
+            for (host, digest), at in self.failed.items()
+            if at > tired and digest == self.wanted[host].digest
+        ]
         with where.transport(secrets=bool(secrets)) as transport:
             deployment = Deployment(
-                self.wanted, where.targets(swarm), transport, rules=self.rules, parallel=where.parallel,
-                stop=self.stop, secrets=secrets, host_lists=lists, dependents=Dependents(swarm),
-                recovers=not dry_run,
+                self.wanted, where.targets(swarm), transport, rules=replace(self.rules, failed=failed),
+                parallel=where.parallel, stop=self.stop, secrets=secrets, host_lists=lists,
+                dependents=Dependents(swarm), recovers=not dry_run,
             )  # fmt: skip
             found = self.view.executed(deployment, self.stop, chosen, dry_run=dry_run, yes=yes, saved=saved)
+        for host, one in found.items():
+            if isinstance(one, HostError) and one.kind is Kind.FAILED and host not in failed:
+                self.failed[host, self.wanted[host].digest] = time.monotonic()
         with rollout_output.journal_warnings():
             self._remember(found)
-            left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab)
-            rollout_output.warn_of_left_hosts(left, where)
+            if not again:
+                left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab)
+                rollout_output.warn_of_left_hosts(left, where)
         return found
+
+    def _have_moved(self, errors: Mapping[str, HostError]) -> bool:
+        """Returns True if a host that failed still has a unit which the release gives to another one."""
+        from swarmctl.deploy import journal
+
+        place = journal.folder(self.view.swarm.name)
+        for host in () if self.where.in_lab else errors:
+            own = {unit.name for unit in self.wanted[host].units}
+            gone = journal.recall(place, host).unit_digests.keys() - own
+            if any(unit.name in gone for other in self.wanted.values() for unit in other.units):
+                return True
+        return False
 
     def _impacts(self, deployment: Deployment) -> Sequence[Impact]:
         """What is lost with each part of the swarm, which orders the hosts; one host needs no order."""
@@ -101,17 +173,14 @@ class Rounds:
 
         return impacts(SwarmIndex(self.document)) if len(deployment.due) > 1 else ()
 
-    def _report(self, shown: Mapping[str, Result], found: Mapping[str, Result]) -> None:
-        """Prints the results of some of the hosts that were ``found``."""
-        if self.view.json:
-            return
-        swarm, where = self.view.swarm, self.where
-        rollout_output.report(
-            swarm, shown, where.complete, rollout_output.absent(shown, swarm.hosts),
-            details=self.view.details, interrupted=self.stop.requested,
-        )  # fmt: skip
-        if not where.in_lab:
-            where.guess_lab("deploy", swarm.name, rollout_output.errors(found))
+    def report(self, found: Mapping[str, Result]) -> None:
+        """Prints the results of hosts."""
+        if found and not self.view.json:
+            swarm, where = self.view.swarm, self.where
+            rollout_output.report(
+                swarm, found, where.complete, rollout_output.absent(found, swarm.hosts),
+                details=self.view.details, interrupted=self.stop.requested,
+            )  # fmt: skip
 
     def _remember(self, found: Mapping[str, Result]) -> None:
         """Stores which hosts failed, for `--retry-failed`, and what real ones have, for `plan --offline`."""
@@ -136,10 +205,16 @@ class Rounds:
             texts = {host: str(one) for host, one in away.items()}
             journal.remember_awaited(place, texts, lab=self.where.in_lab)
 
-    def await_one(self, away: Mapping[str, HostError], longest: float = math.inf) -> None:
-        """Returns once one of the hosts answers, ``longest`` s have passed, or Ctrl-C requests the end."""
+    def await_one(self, away: Mapping[str, HostError], longest: float | None = None) -> None:
+        """Returns once one of the hosts answers that did not, Ctrl-C requests the end, or ``longest`` s pass.
+
+        That is 30 s by default if something else keeps some of the hosts, and without limit if not.
+        """
         from swarmctl.remote.parallel_hosts import interruptible, results_of, run
 
+        silent = [host for host, one in away.items() if one.kind is Kind.UNREACHABLE]
+        if longest is None:
+            longest = math.inf if len(silent) == len(away) else _EVERY_BUSY
         targets, end = self.where.targets(self.view.swarm), time.monotonic() + longest
         with interruptible(stop=self.stop), self.where.transport() as transport:
             while not self.stop.requested and time.monotonic() < end:
@@ -147,11 +222,11 @@ class Rounds:
                 while not self.stop.requested and time.monotonic() < due:
                     time.sleep(0.2)
                 looks = run(
-                    [targets[host] for host in away],
+                    [targets[host] for host in silent],
                     lambda *_: None,
                     transport=transport,
                     parallel=self.where.parallel,
                     stop=self.stop,
                 )
-                if len(awaited(results_of(looks))) < len(away):
+                if len(awaited(results_of(looks))) < len(silent):
                     return

@@ -57,9 +57,11 @@ def write(changes: Sequence[Change]) -> None:
         for path, draft in drafts.items():
             draft.replace(path)
             done.append(path)
-    except OSError as error:
+    except BaseException as error:
         for one in done:
             _replace(one, by_path[one].read)
+        if not isinstance(error, OSError):
+            raise
         console.fail(f"cannot write {by_path[path].file}: {error.strerror or error}{untouched}")
     finally:
         for draft in drafts.values():

@@ -19,7 +19,7 @@ from swarmctl.deploy.outcome import Outcome, Rules, held, locked_ones, why
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
 from swarmctl.plan.observed_host import Observed, not_edited, not_newer
-from swarmctl.plan.plan import HostPlan, Plan
+from swarmctl.plan.plan import HostPlan, Plan, Problem
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.plan.robots_in_use import BUSY, Dependents, not_busy, stops_of
 from swarmctl.plan.waves import Order
@@ -89,7 +89,8 @@ class Deployment:
         self._guard = (
             Guard(
                 dependents, targets, self._connections, parallel, self._stop,
-                lenient=rules.most_failed is None or rules.when_seen, stop_robots=rules.stop_robots,
+                lenient=rules.most_failed is None, stop_robots=rules.stop_robots,
+                without_away=rules.when_seen,
             )
             if dependents
             else None
@@ -149,6 +150,10 @@ class Deployment:
     def hosts(self) -> list[str]:
         """The hosts, in the order of the spec."""
         return list(self._bundles)
+
+    def leave_nobody_out(self) -> None:
+        """Has each host that does not answer hold back the others."""
+        self._rules = replace(self._rules, apart=())
 
     def held(self, order: Order) -> bool:
         """True if none will change: so many hosts have failed in the survey, or another run is at work."""
@@ -347,6 +352,8 @@ class Deployment:
             plan = reconcile(bundle, observed)
         if self._rules.when_seen:
             plan = not_newer(plan, observed, self._rules.issued)
+        if target.host in self._rules.failed and plan.steps and not plan.problem:
+            plan = replace(plan, problem=Problem("failed", f"release {plan.next} has failed here before"))
         if not plan.problem and not self._rules.overwrite_edits:
             plan = not_edited(plan, bundle, observed)
         return ObservedHost(plan if plan.problem else not_busy(plan, bundle, observed), observed, recovered)

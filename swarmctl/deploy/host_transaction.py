@@ -90,18 +90,18 @@ class HostTransaction:
                 observed.unfinished,
                 "run the same command again once it is; `swarmctl remove` finishes an interrupted one",
             )
-        if last.left and last.next == self.release:
-            self.note("confirming what an earlier run has applied")
-            self._hold(host, last.txid)
-            self.log_in()
-            self._confirm(host, last.txid)
-            return True
         if last.left and not _ours(last.who):
             raise HostError(
                 ErrorKind.REFUSED,
                 f"locked by {last.who}, whose deploy waits for its confirmation",
                 f"run the same command again; it is confirmed or undone within {last.left:.0f} s",
             )
+        if last.left and last.next == self.release:
+            self.note("confirming what an earlier run has applied")
+            self._hold(host, last.txid)
+            self.log_in()
+            self._confirm(host, last.txid)
+            return True
         # An agent whose connection this operator has lost may still be at work; another operator's is not.
         patience = _LOCK_WAIT if _ours(last.who) else _OTHERS_WAIT
         self.note("undoing what an earlier deploy has left")

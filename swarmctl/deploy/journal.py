@@ -73,28 +73,31 @@ def _failed(place: Path, *, lab: bool) -> Path:
 
 def remember_awaited(place: Path, hosts: Mapping[str, str], *, lab: bool) -> None:
     """Store the hosts that this process waits for to deploy to them, each with the reason."""
-    file = _awaited(place, lab=lab)
+    file = place / f"{_awaited(lab=lab)}{os.getpid()}"
     if not hosts:
         file.unlink(missing_ok=True)
         return
     place.mkdir(parents=True, exist_ok=True)
-    draft = place / ".awaited.new"
+    draft = file.with_name(f"{file.name}.new")
     draft.write_text(json.dumps({"who": operators.this_one(), "hosts": hosts}), "utf-8")
     draft.replace(file)
 
 
 def awaited(place: Path, *, lab: bool) -> dict[str, str]:
-    """Returns the hosts that a process of this machine waits for, each with the reason."""
-    try:
-        found = json.loads(_awaited(place, lab=lab).read_text("utf-8"))
-        hosts = {str(host): str(why) for host, why in found["hosts"].items()}
-        return {} if operators.ended_here(found["who"]) else hosts
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return {}
+    """Returns the hosts that processes of this machine wait for, each with the reason."""
+    hosts: dict[str, str] = {}
+    for file in sorted(place.glob(f"{_awaited(lab=lab)}*[0-9]")):
+        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            found = json.loads(file.read_text("utf-8"))
+            if operators.ended_here(found["who"]):
+                file.unlink()
+            else:
+                hosts |= {str(host): str(why) for host, why in found["hosts"].items()}
+    return hosts
 
 
-def _awaited(place: Path, *, lab: bool) -> Path:
-    return place / (".awaited-lab" if lab else ".awaited")
+def _awaited(*, lab: bool) -> str:
+    return ".lab-awaited-" if lab else ".awaited-"
 
 
 def left(place: Path, hosts: Collection[str]) -> list[str]:

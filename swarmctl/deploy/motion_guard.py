@@ -34,7 +34,8 @@ class Seen:
 
 @dataclass(frozen=True)
 class Guard:
-    """``targets``: of all hosts of the swarm; ``lenient``: what is not known holds nothing back;
+    """``targets``: of all hosts of the swarm; ``lenient``: what is not known holds nothing back, or with
+    ``without_away`` what is not known of hosts that are away;
     ``stop_robots``: robots in use are stopped on their hosts."""
 
     dependents: Dependents
@@ -44,6 +45,7 @@ class Guard:
     stop: Stop
     lenient: bool = False
     stop_robots: bool = False
+    without_away: bool = False
 
     def look(self, stops: Stops, away: Mapping[str, str] = NONE_AWAY) -> Seen:
         """Returns which units must not stop now, since robots in use depend on them.
@@ -72,7 +74,13 @@ class Guard:
         failed = unqueried | {host: str(error) for host, error in errors.items()}
         unknown = self.dependents.unknown(stops, failed)
         hosts = self.dependents.swarm.hosts
-        passed = [one for one in unknown if self.lenient or hosts[one.robot.host].optional]
+        passed = [
+            one
+            for one in unknown
+            if self.lenient
+            or hosts[one.robot.host].optional
+            or (self.without_away and one.robot.host in unqueried)
+        ]
         notes += [Note(one.robot.host, f"{one.robot.name} {one.why}") for one in passed]
         held = problems([one for one in unknown if one not in passed])
         refused = {host: replace(one, hint=_UNKNOWN) for host, one in held.items()} | problems(found)

@@ -30,7 +30,7 @@ class Rules:
     ``wait``: s that the survey waits for robots that must not be touched now; ``apart``: kinds of errors that
     hold back no others, where hosts need not change together; ``when_seen``: a host keeps a release that was
     chosen later, and robots of hosts that do not answer hold nothing back; ``issued``: when it was chosen, s
-    since 1970."""
+    since 1970; ``failed``: hosts on which the release has failed, and is not tried again."""
 
     most_failed: int | None = 0
     optional: Collection[str] = ()
@@ -41,6 +41,7 @@ class Rules:
     apart: Collection[ErrorKind] = ()
     when_seen: bool = False
     issued: float = field(default_factory=time.time)
+    failed: Collection[str] = ()
 
     def holds(self, errors: Mapping[str, HostError]) -> bool:
         """Returns True if so many hosts have failed that the others are held back."""

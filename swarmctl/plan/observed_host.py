@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from swarm_onboard.agent.messages import BlockDrift, FileDrift, LinkDrift, SecretState
 from swarm_onboard.agent.paths import ROOT
-from swarm_onboard.agent.record import APPLIED, REMOVING
+from swarm_onboard.agent.record import REMOVING
 
 from swarmctl.adoption.changes import EditedFile
 from swarmctl.plan.plan import HostPlan, Problem
@@ -180,9 +180,9 @@ NEWER = "newer"
 def not_newer(plan: HostPlan, observed: Observed, issued: float) -> HostPlan:
     """Returns the plan, with a problem if the host has another release, which was chosen after ``issued``."""
     last = observed.transaction
-    if last is None or last.state != APPLIED or last.issued <= issued or last.next in ("", None, plan.next):
+    if last is None or observed.digest in (None, plan.next) or last.chosen <= issued:
         return plan
-    text = f"release {last.next} was deployed later, by {last.who or 'someone'}"
+    text = f"release {observed.digest} was deployed later, by {last.who or 'someone'}"
     return replace(
         plan, problem=Problem(NEWER, text, "deploy again if this spec is what the swarm should have")
     )

@@ -227,6 +227,15 @@ def test_a_release_that_was_chosen_later_stays(hosts: dict[str, FakeHost]) -> No
     assert changed(found) == {"leader": False, "k3": True, "epuck": False}
 
 
+def test_a_later_release_that_failed_leaves_the_one_before_it_the_newest(hosts: dict[str, FakeHost]) -> None:
+    way, broken = FolderTransport(hosts, {}), bundles(k3="speed: 9")
+    deployed(deploy(bundles(k3="speed: 2"), TARGETS, way, issued=200.0))
+    (hosts["k3"].prefix / f"broken-new.robot.service-{broken['k3'].digest}").touch()
+    assert changed(deployed(deploy(broken, TARGETS, way, issued=300.0)))["k3"] is Kind.FAILED
+    assert changed(deployed(deploy(bundles(k3="speed: 1"), TARGETS, way, issued=100.0)))["k3"] is Kind.NEWER
+    assert changed(deployed(deploy(bundles(k3="speed: 3"), TARGETS, way, issued=250.0)))["k3"] is True
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_whatever_hosts_come_and_go_all_end_at_the_newest_release(
     hosts: dict[str, FakeHost], seed: int

@@ -66,6 +66,8 @@ def rename(
         if made.kind == Kind.HOST:
             _rename_in_journal(document.spec.name, made)
         console.err().print(f"{spec}: {made.kind} `{old}` is called `{new}`")
+        if made.kind == Kind.ROBOT:
+            console.err().print(f"note: if `stop` holds `{old}`, hold `{new}` again after the next deploy")
     else:
         for line in "".join(map(file_writes.difference, changes)).split("\n")[:-1]:
             print(printable(line))
@@ -142,7 +144,7 @@ def _mentions(spec: SpecFiles, made: Renaming, after: Document) -> Iterator[str]
     yield from map(str, made.mentions(after))
     folder = spec.first.parent
     known = {Path(file).resolve() for file in after.texts}
-    others = [one for one in sorted(folder.glob("*.yaml")) if one.resolve() not in known]
+    others = [one for one in sorted(folder.glob("*.y*ml")) if one.resolve() not in known]
     contents = {str(path): path.read_bytes() for path in others if path.is_file()}
     contents |= {str(folder / path): content for path, content in after.files.content.items()}
     for package in after.packages.found:

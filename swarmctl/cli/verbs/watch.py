@@ -6,12 +6,13 @@ import os
 import shlex
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, deploy_steps, rollout_output, selected
+from swarmctl.cli import console, deploy_steps, exit_codes, rollout_output, selected
 from swarmctl.cli.where import Where, with_where
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from swarmctl.deploy.outcome import Result
     from swarmctl.diagnostics import Diagnostic
     from swarmctl.spec.load import Document
+
+_PAUSE = 5.0  # s at least between two rounds
 
 
 @with_where("limit", "parallel")
@@ -44,46 +47,79 @@ def watch(
     The spec is read anew each time; one with errors changes nothing. No robot in use is touched, and what
     somebody deployed after the last edit of the spec stays.
     """
-    from swarmctl.cli.deploy_rounds import awaited
+    from swarmctl.cli.deploy_rounds import awaited, news
 
     document = console.read_document(where.spec)
     if install:
+        if where.in_lab:
+            console.fail("--install is for real hosts", "leave --lab out", code=exit_codes.USAGE)
         _install(where, document.spec.name, every)
         return
-    shown: Mapping[str, str] = {}
-    rounds = _rounds(where, document)
+    found: Mapping[str, Result] = {}
+    rounds = _rounds(where, document, _edited(document, where))
     try:
         with console.until_ctrl_c():
             while not rounds.stop.requested:
                 end = time.monotonic() + every
-                found = rounds.again()
-                shown = _shown(rounds, found, shown)
+                before, found = found, rounds.again()
+                if new := {host: one for host, one in news(found, before).items() if _matters(one)}:
+                    rollout_output.report(rounds.view.swarm, new, where.complete)
                 away = awaited(found)
                 rounds.remember_awaited(away)
-                rounds.await_one(away, end - time.monotonic())
+                rounds.await_one(away, max(_PAUSE, end - time.monotonic()))
                 if not rounds.stop.requested:
-                    rounds = _rounds(where, _newest(where, rounds.document))
+                    rounds = _next(where, rounds)
     finally:
         rounds.remember_awaited({})
 
 
+def _matters(one: Result) -> bool:
+    """Returns False for a host that has the release already."""
+    from swarmctl.remote.transport import HostError
+
+    return isinstance(one, HostError) or one.changed
+
+
+def _next(where: Where, before: Rounds) -> Rounds:
+    """The next round, of the spec as it is then."""
+    while True:
+        try:
+            made = _rounds(where, _newest(where, before.document), before.rules.issued)
+        except (typer.Exit, OSError):  # what is printed already, or a file that has just gone
+            time.sleep(_PAUSE)
+            continue
+        if {name: one.digest for name, one in made.wanted.items()} != {
+            name: one.digest for name, one in before.wanted.items()
+        }:
+            made = replace(made, rules=replace(made.rules, issued=time.time()))
+        return replace(made, stop=before.stop, failed=before.failed)
+
+
 def _newest(where: Where, before: Document) -> Document:
-    """The spec as it is now, once it has no errors; prints these whenever they change."""
+    """The spec as it is now, once it has no errors and is no longer edited; prints these when they change."""
     from swarmctl.linter.runner import check_files
 
     shown: Sequence[Diagnostic] = ()
+    last = before
     while True:
         document, found = check_files(*where.spec.files, workspaces=where.spec.workspaces)
-        if found.diagnostics != shown and (document is None or document.texts != before.texts):
-            console.print_diagnostics(found.diagnostics)
-        if document is not None:
+        if document is not None and document.texts == last.texts:
             return document
-        shown = found.diagnostics
+        if found.diagnostics != shown:
+            console.print_diagnostics(found.diagnostics)
+        shown, last = found.diagnostics, document or last
         time.sleep(1.0)
 
 
-def _rounds(where: Where, document: Document) -> Rounds:
-    """A deploy of the spec, chosen when the last of its files was edited."""
+def _edited(document: Document, where: Where) -> float:
+    """When a file of the spec was edited last, s since 1970."""
+    folder = where.spec.first.parent
+    files = [*map(Path, document.texts), *(folder / one for one in document.files.content)]
+    return min(time.time(), max((one.stat().st_mtime for one in files if one.exists()), default=0.0))
+
+
+def _rounds(where: Where, document: Document, issued: float) -> Rounds:
+    """A deploy of the spec."""
     from swarmctl.cli.deploy_rounds import Rounds
     from swarmctl.deploy.outcome import WAITS, Rules
     from swarmctl.remote.parallel_hosts import Stop
@@ -92,31 +128,10 @@ def _rounds(where: Where, document: Document) -> Rounds:
     swarm = where.swarm(document)
     made = bundles(swarm)
     wanted = {name: made[name] for name in selected.hosts(swarm.candidates, where.limit)}
-    folder = where.spec.first.parent
-    files = [*map(Path, document.texts), *(folder / one for one in document.files.content)]
-    rules = Rules(
-        optional=[name for name in wanted if swarm.hosts[name].optional],
-        apart=WAITS,
-        when_seen=True,
-        issued=max(one.stat().st_mtime for one in files if one.exists()),
-    )
+    optional = [name for name in wanted if swarm.hosts[name].optional]
+    rules = Rules(optional=optional, apart=WAITS, when_seen=True, issued=issued)
     view = deploy_steps.View("watch", swarm, where, details=False, json=True)
     return Rounds(where, document, view, wanted, rules, [], None, Stop())
-
-
-def _shown(rounds: Rounds, found: Mapping[str, Result], before: Mapping[str, str]) -> Mapping[str, str]:
-    """Prints the results of the hosts that were changed, or fail in another way than before."""
-    from swarmctl.remote.transport import HostError
-
-    errors = {host: one.kind.value for host, one in found.items() if isinstance(one, HostError)}
-    news = {
-        host: one
-        for host, one in found.items()
-        if (errors[host] != before.get(host) if isinstance(one, HostError) else one.changed)
-    }
-    if news:
-        rollout_output.report(rounds.view.swarm, news, rounds.where.complete)
-    return errors
 
 
 def _install(where: Where, swarm: str, every: float) -> None:

@@ -12,7 +12,7 @@ from .release_store import Home
 class Transaction(NamedTuple):
     """The last deploy: digests of the releases before and after it (null: none). ``state`` as in ``record``,
     empty without one; ``left``: s until it is undone without a confirmation; ``error``: why it was undone;
-    ``issued``: s since 1970, when its operator chose the release, 0 if that is not known."""
+    ``chosen``: s since 1970, when an operator chose the release that it left, 0 if that is not known."""
 
     txid: str
     state: str
@@ -21,7 +21,7 @@ class Transaction(NamedTuple):
     next: str | None
     left: float
     error: str
-    issued: float = 0.0
+    chosen: float = 0.0
 
 
 def drift(home: Home, digest: str | None, manifest: Manifest | None) -> Drift:
@@ -39,5 +39,5 @@ def drift(home: Home, digest: str | None, manifest: Manifest | None) -> Drift:
 def last_change(home: Home) -> Transaction:
     """Returns the last change, as far as its record has it."""
     last = record.read(home, working=lambda: lock.holder(home) is not None)
-    left, error, issued = round(last.left(home), 1), last.error, last.issued
-    return Transaction(last.txid, last.state, last.who, last.previous, last.next, left, error, issued)
+    left, error, chosen = round(last.left(home), 1), last.error, last.chosen
+    return Transaction(last.txid, last.state, last.who, last.previous, last.next, left, error, chosen)

@@ -70,7 +70,8 @@ class Record(NamedTuple):
     ``next_secrets``: their sets of secrets; ``touched``: its units; ``active``: those that ran before;
     ``reload``: daemons that read its files; ``reloaded``: units that take theirs while they run;
     ``history``: the states to which the host may go back, the newest first; ``deadline``: s since the boot
-    ``boot_id``; ``error``: why it was undone; ``issued``: as in ``Change``.
+    ``boot_id``; ``error``: why it was undone; ``issued``: as in ``Change``, and
+    ``issued_before`` that of the release before it.
     """
 
     state: str = ""
@@ -90,6 +91,12 @@ class Record(NamedTuple):
     history: tuple[State, ...] = ()
     error: str = ""
     issued: float = 0.0
+    issued_before: float = 0.0
+
+    @property
+    def chosen(self) -> float:
+        """When the release was chosen that the host has once the change is over, s since 1970."""
+        return self.issued_before if self.state == UNDONE else self.issued
 
     @property
     def before(self) -> tuple[State, ...]:
@@ -122,6 +129,7 @@ def begun(home: Home, change: Change, state: str) -> Record:
         previous_secrets=kept,
         next_secrets=kept,
         issued=change.issued,
+        issued_before=read(home).chosen,
     )
 
 

@@ -114,10 +114,11 @@ def _ports(domain: int, most: int) -> list[int]:
 def _send_on(own: socket.socket, peers: Sequence[str], ports: Sequence[int]) -> None:
     addresses = [one for peer in peers for one in _resolved(peer, own.family)]
     with socket.socket(own.family, socket.SOCK_DGRAM) as to_others:
+        to_others.setblocking(False)  # what waits for the address of a host that is off fills the buffer
         while True:
             packet = own.recv(_LARGEST)
-            for address in addresses:
-                for port in ports:
+            for port in ports:
+                for address in addresses:
                     with suppress(OSError):  # there is no way, or a firewall
                         to_others.sendto(packet, (address, port))
 
