@@ -131,12 +131,7 @@ class Rounds:
                 one.leave_nobody_out()
             return order(one.due, self._impacts(one), self.sizes, self.consistency, shared)
 
-        tired = time.monotonic() - _REST
-        failed = [
-            host
-            for (host, digest), at in self.failed.items()
-            if at > tired and digest == self.wanted[host].digest
-        ]
+        failed = self.failed_before()
         with where.transport(secrets=bool(secrets)) as transport:
             deployment = Deployment(
                 self.wanted, where.targets(swarm), transport, rules=replace(self.rules, failed=failed),
@@ -153,6 +148,15 @@ class Rounds:
                 left = left_hosts.left_hosts(swarm, lists, in_lab=where.in_lab)
                 rollout_output.warn_of_left_hosts(left, where)
         return found
+
+    def failed_before(self) -> list[str]:
+        """Returns the hosts on which their release has failed within the last hour."""
+        since = time.monotonic() - _REST
+        return [
+            host
+            for host, bundle in self.wanted.items()
+            if self.failed.get((host, bundle.digest), -math.inf) > since
+        ]
 
     def _have_moved(self, errors: Mapping[str, HostError]) -> bool:
         """Returns True if a host that failed still has a unit which the release gives to another one."""

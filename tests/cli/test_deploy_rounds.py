@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -77,7 +78,7 @@ def bundle(host: str, *units: str) -> Bundle:
     return Bundle(swarm="new", host=host, units=tuple(Unit(name, ()) for name in units))
 
 
-def test_a_robot_that_moved_from_a_host_that_is_off_starts_on_no_other(
+def test_a_robot_of_a_host_that_is_off_starts_on_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(journal, "folder", lambda _: tmp_path)
@@ -91,6 +92,20 @@ def test_a_robot_that_moved_from_a_host_that_is_off_starts_on_no_other(
     journal.remember(tmp_path, "pi", before.digest, before.manifest)
     assert rounds._have_moved({"pi": OFF})
     assert not rounds._have_moved({})
+
+
+def test_a_release_that_failed_rests_until_it_is_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    desk, other = bundle("desk"), bundle("desk", "swarm-new.k3.service")
+    failed = {("desk", desk.digest): time.monotonic(), ("a host that is gone", desk.digest): time.monotonic()}
+
+    def rounds(wanted: Bundle) -> Rounds:
+        return Rounds(None, None, None, {"desk": wanted}, Rules(), [], None, Stop(), failed)  # type: ignore[arg-type]
+
+    assert rounds(desk).failed_before() == ["desk"]
+    assert rounds(other).failed_before() == []
+    hour = time.monotonic() + 3601
+    monkeypatch.setattr(time, "monotonic", lambda: hour)
+    assert rounds(desk).failed_before() == []
 
 
 def test_status_knows_what_processes_wait_for(tmp_path: Path) -> None:

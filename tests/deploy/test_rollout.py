@@ -227,7 +227,7 @@ def test_a_release_that_was_chosen_later_stays(hosts: dict[str, FakeHost]) -> No
     assert changed(found) == {"leader": False, "k3": True, "epuck": False}
 
 
-def test_a_later_release_that_failed_leaves_the_one_before_it_the_newest(hosts: dict[str, FakeHost]) -> None:
+def test_a_failed_release_leaves_the_one_before_the_newest(hosts: dict[str, FakeHost]) -> None:
     way, broken = FolderTransport(hosts, {}), bundles(k3="speed: 9")
     deployed(deploy(bundles(k3="speed: 2"), TARGETS, way, issued=200.0))
     (hosts["k3"].prefix / f"broken-new.robot.service-{broken['k3'].digest}").touch()

@@ -61,7 +61,7 @@ def watch(
         with console.until_ctrl_c():
             while not rounds.stop.requested:
                 end = time.monotonic() + every
-                before, found = found, rounds.again()
+                before, found = found, _again(rounds, found)
                 if new := {host: one for host, one in news(found, before).items() if _matters(one)}:
                     rollout_output.report(rounds.view.swarm, new, where.complete)
                 away = awaited(found)
@@ -71,6 +71,14 @@ def watch(
                     rounds = _next(where, rounds)
     finally:
         rounds.remember_awaited({})
+
+
+def _again(rounds: Rounds, before: Mapping[str, Result]) -> Mapping[str, Result]:
+    """The results of a round; those of ``before`` if it could not begin, as is printed then."""
+    try:
+        return rounds.again()
+    except typer.Exit:
+        return before
 
 
 def _matters(one: Result) -> bool:
