@@ -18,8 +18,8 @@ from swarmctl.deploy.observe_host import NO_SECRETS, observe_host
 from swarmctl.deploy.outcome import Outcome, Rules, held, locked_ones, why
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
-from swarmctl.plan.observed_host import Observed, not_edited, not_newer
-from swarmctl.plan.plan import HostPlan, Plan, Problem
+from swarmctl.plan.observed_host import Observed
+from swarmctl.plan.plan import HostPlan, Plan
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.plan.robots_in_use import BUSY, Dependents, not_busy, stops_of
 from swarmctl.plan.waves import Order
@@ -113,7 +113,7 @@ class Deployment:
         ):
             if isinstance(event, Finished):
                 found = event.outcome
-                self._seconds[event.host] = event.seconds if isinstance(event, Finished) else 0.0
+                self._seconds[event.host] = event.seconds
                 if isinstance(found, HostError):
                     self.errors[event.host] = found
                 else:
@@ -350,23 +350,16 @@ class Deployment:
         if stops_of(plan) and not plan.problem:
             observed = self._observed_in_use(target, bundle)
             plan = reconcile(bundle, observed)
-        if self._rules.when_seen:
-            plan = not_newer(plan, observed, self._rules.issued)
-        if target.host in self._rules.failed and plan.steps and not plan.problem:
-            plan = replace(plan, problem=Problem("failed", f"release {plan.next} has failed here before"))
-        if not plan.problem and not self._rules.overwrite_edits:
-            plan = not_edited(plan, bundle, observed)
+        plan = self._rules.allowed(plan, bundle, observed)
         return ObservedHost(plan if plan.problem else not_busy(plan, bundle, observed), observed, recovered)
 
     def _transaction(self, run: str, target: Target, on_progress: OnProgress) -> HostTransaction:
         def connect(anew: bool) -> AbstractContextManager[AgentSession]:
             return self._connections.agent_session(target, anew=anew)
 
-        def log_in() -> None:
-            self._connections.log_in(target)
-
         return HostTransaction(
-            self._bundles[target.host], run, connect, log_in, self._stop, self._rules.terms, on_progress,
+            self._bundles[target.host], run, connect, lambda: self._connections.log_in(target), self._stop,
+            self._rules.terms, on_progress,
             stop_robots=self._rules.stop_robots, secrets=self._secrets, issued=self._rules.issued,
         )  # fmt: skip
 

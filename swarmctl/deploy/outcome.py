@@ -10,11 +10,13 @@ from swarm_onboard.agent.systemd import UnitState
 
 from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.prepare import Prepared
-from swarmctl.plan.plan import HostPlan
+from swarmctl.plan.observed_host import Observed, not_edited, not_newer
+from swarmctl.plan.plan import HostPlan, Problem
 from swarmctl.plan.waves import Order
 from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError
 from swarmctl.remote.transport import Kind as ErrorKind
+from swarmctl.render.bundle import Bundle
 from swarmctl.yamltext import hostlist
 
 #: Kinds of errors of hosts that may get the release later by themselves.
@@ -54,6 +56,16 @@ class Rules:
             for host, error in errors.items()
             if host not in self.optional and error.kind not in self.apart
         }
+
+    def allowed(self, plan: HostPlan, bundle: Bundle, observed: Observed) -> HostPlan:
+        """Returns the plan, with a problem if the host keeps what it has by these rules."""
+        if not plan.problem and self.when_seen:
+            plan = not_newer(plan, observed, self.issued)
+        if not plan.problem and plan.steps and plan.host in self.failed:
+            plan = replace(plan, problem=Problem("failed", f"release {plan.next} has failed here before"))
+        if not plan.problem and not self.overwrite_edits:
+            plan = not_edited(plan, bundle, observed)
+        return plan
 
     def of(self, order: Order) -> Rules:
         """Returns the rules for this order."""

@@ -152,7 +152,10 @@ def _install(where: Where, swarm: str, every: float) -> None:
     words = shlex.split(Where(spec, limit=where.limit).command("watch", "--every", f"{every:g}"))[1:]
     folder = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "systemd/user"
     file = folder / f"swarmctl-watch-{swarm}.service"
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        console.fail(console.cannot_write(error, str(folder)))
     content = render("watch.service", swarm=swarm, words=[sys.executable, "-m", "swarmctl", *words])
     file_writes.replace(file, content)
     console.show(f"wrote {file}")
