@@ -52,7 +52,7 @@ TWO, RING = [0, 1], [1, 0, 1, 1, 0, 0, 1, 0]
 RING_SHOWN = {f"led{number}": value for number, value in enumerate(RING)}
 LAMPS = {"body_light": [1], "front_light": [1]}
 LAMPS_SHOWN = {"body": 1, "front": 1}
-COLOURS = [10, 20, 30, *[0] * 9]  # the red of led1 as `leds` sets it: whichever comes last
+COLOURS = [10, 20, 30, *[0] * 9]  # the red of led1 is as `leds` sets it, which puts out its green and blue
 TABLE = (
     Row("koala", (0.2, -0.3), {"leds": TWO}, {"led0": 0, "led1": 1}),
     Row("koala25", (0.2, 0.3)),
@@ -145,7 +145,7 @@ def used(swarm: LabSwarm) -> Mapping[str, Used]:
             user.next()
             user.line()
         time.sleep(STRETCH)
-        driving, lost = swarm.robots(), withheld()
+        driving, lost = shown(swarm), withheld()
         user.next()
         silent = float(user.line() or "nan")
         ahead = time.monotonic() - silent
@@ -172,6 +172,16 @@ def used(swarm: LabSwarm) -> Mapping[str, Used]:
         )
         for name in robots
     }
+
+
+def shown(swarm: LabSwarm) -> Mapping[str, Any]:
+    """The robots once they show all settings, or as they are in the end: two topics set one light in turn."""
+    end, robots = time.monotonic() + PATIENCE, swarm.robots()
+    while time.monotonic() < end and not all(
+        robots[row.robot]["lights"].items() >= row.lights.items() for row in TABLE
+    ):
+        robots = swarm.robots()
+    return robots
 
 
 def frame_of(robot: str, topic: str, kind: str) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import shutil
@@ -168,11 +169,12 @@ def test_a_trial_ends_by_a_topic_and_a_program_brings_robots_back(swarm: LabSwar
         (bag,) = Path(one["capsule"]).glob("bags/k3-pi*.bag")
         index = capsules.read(Path(one["capsule"]))
         assert index.ended - index.began < index.seconds, "it does not wait for its time"
-        ways.append([message.pose.pose.position.x for _, _, message in messages(bag, "/k3/odom")])
+        poses = [message.pose.pose.position for _, _, message in messages(bag, "/k3/odom")]
+        ways.append([(one.x, one.y) for one in poses])
     first, second = ways
-    assert first[0] + 0.15 <= first[-1], "ahead"
-    assert second[0] < first[-1], "and back, before the second trial"
-    assert second[0] + 0.15 <= second[-1], "and ahead again"
+    assert math.dist(first[0], first[-1]) >= 0.15, "ahead"
+    assert math.dist(first[0], second[0]) < 0.15, "and back, before the second trial"
+    assert math.dist(second[0], second[-1]) >= 0.15, "and ahead again"
 
 
 def test_a_program_of_trials_runs_in_trials_alone(swarm: LabSwarm, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import re
 import time
-from typing import TYPE_CHECKING, Any, AsyncIterator, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, AbstractSet, Any, AsyncIterator, Iterable, Iterator, Mapping, Sequence
 
 from swarm_onboard.agent import unit_journal
 from swarm_onboard.agent.errors import RefusedError
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 Providers = Mapping[str, Sequence[str]]  # the nodes that provide each service
 
 LONGEST_LISTENING = 15.0  # s for one topic
+LATE = 4.0  # s until a node publishes all: a board that is reset as its port opens has topics after 2-3 s
+_LOOK_EVERY = 0.25  # s
 _MOST_TOPICS = 20  # of one node
 _MOST_PARAMETERS = 20  # of one node, in words
 _DIAGNOSTICS = "/diagnostics"
@@ -59,13 +61,13 @@ async def look(
     try:
         pid, publications, subscriptions = await asyncio.gather(
             client.call(uri, "getPid"),
-            client.call(uri, "getPublications"),
+            _publications(uri, set() if published_only else set(topics)),
             client.call(uri, "getSubscriptions"),
         )
         found = found._replace(
             alive=True,
             pid=process_of(pid),
-            publishes=types_of(publications),
+            publishes=publications,
             subscribes=types_of(subscriptions),
         )
     except PeerError as error:
@@ -85,6 +87,16 @@ async def look(
         topics={topic: seen for (topic, _), (seen, _) in zip(wanted, measured)},
         report=worst([status for _, statuses in measured for status in statuses]),
     )
+
+
+async def _publications(uri: str, wanted: AbstractSet[str]) -> Mapping[str, str]:
+    """The types of what a node publishes, once ``wanted`` are among it or have not come in time."""
+    end = time.monotonic() + LATE
+    while True:
+        found = types_of(await client.call(uri, "getPublications"))
+        if wanted <= found.keys() or time.monotonic() >= end:
+            return found
+        await asyncio.sleep(_LOOK_EVERY)
 
 
 def goals_of(action: str) -> str:

@@ -55,7 +55,7 @@ class _Look:
         # Topics that no node of roslaunch has are looked for afterwards.
         rounds = 2 if request.launched else 1
         try:
-            await asyncio.wait_for(self._master_and_nodes(), rounds * longest + 2 * _CALLS)
+            await asyncio.wait_for(self._master_and_nodes(), nodes.LATE + rounds * longest + 2 * _CALLS)
         except asyncio.TimeoutError:
             self._troubles["ros"] = "master and nodes took too long to answer"
 
