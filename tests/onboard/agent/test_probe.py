@@ -420,30 +420,6 @@ def test_a_node_that_talks_nonsense_is_not_alive(
     assert node.error == "its list of topics makes no sense"
 
 
-def test_a_node_that_publishes_late_is_waited_for(prefix: Path, graph: tuple[FakeRos, str]) -> None:
-    """The driver of a board knows its topics seconds after it runs."""
-    looks: list[int] = []
-
-    def publications(caller: str) -> list[Any]:
-        looks.append(len(looks))
-        return [1, "", [list(pair) for pair in KINDS.items()] if len(looks) > 2 else []]
-
-    with served({**slave({}, {}), "getPublications": publications}) as uri:
-        graph[0].nodes["/k3/driver"] = uri
-        node = probed(graph[1]).nodes["/k3/driver"]
-    assert node.publishes == KINDS
-    assert TOPICS.keys() <= node.topics.keys()
-    assert len(looks) == 3, "and no longer than until all are there"
-
-
-def test_a_topic_that_does_not_come_costs_a_bounded_time(
-    prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(nodes, "LATE", 0.3)
-    missing = {"/k3/driver": {**TOPICS, "/k3/lwheel": 0.1}}
-    assert probed(graph[1], nodes=missing).nodes["/k3/driver"].publishes == KINDS
-
-
 def test_a_bug_in_a_part_of_the_graph_costs_that_part_only(
     prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
